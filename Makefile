@@ -1,0 +1,50 @@
+# Every command of the project. `make demo` and `make test` need nothing but Python 3.11+ and make.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+RUN    ?= runs/demo
+# The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
+NODE_EXTRA := $(shell node -e 'process.exit(+process.versions.node.split(".")[0] < 18)' 2>/dev/null || echo ,node)
+
+.PHONY: demo test check hil firmware benchmark paper clean setup
+
+$(VENV)/.installed: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev$(NODE_EXTRA)]'
+	touch $@
+
+setup: $(VENV)/.installed  ## environment, packages, tokenizer
+	$(BIN)/cgagen setup
+
+demo: setup                ## evolve a predator, build the programs of all four Stamps
+	rm -rf $(RUN)
+	$(BIN)/cgagen evolve --seed 7 --run $(RUN)
+	$(BIN)/cgagen info $(RUN)/best.genome
+	$(BIN)/cgagen build $(RUN)/best.genome -o $(RUN)/build-predator
+	$(BIN)/cgagen build --robot servobot-prey -o $(RUN)/build-prey
+	@echo; echo "The PBASIC programs are in $(RUN)/build-predator and $(RUN)/build-prey."
+
+test: setup check          ## set-up, then everything CI checks
+
+check:                     ## lint, types, import contract, all tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest -q -m "not slow"
+
+hil: setup                 ## the firmware against its specification
+	$(BIN)/python -m pytest hil/ -q
+
+firmware: setup            ## rebuild the checked-in reference firmware
+	$(BIN)/python -m tests.regenerate_firmware
+
+benchmark: setup           ## measure speed, as ratios in one run
+	$(BIN)/cgagen benchmark
+
+paper: setup               ## five full trials and the slow tests against the paper's claims
+	$(BIN)/python -m pytest -q -m slow tests
+
+clean:                     ## forget the environment, caches and runs
+	rm -rf $(VENV) runs dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,123 @@
+"""The error tree. Every leaf is one sentence: what is wrong, where, and what to do.
+
+::
+
+    CgagenError                 anything a user can mend; the CLI prints the sentence and exits
+     +-- RobotError         3   a robot or arena file says something that cannot be
+     +-- GenomeError        3   a genome file that is no genome, or not for this robot
+     +-- RunError           3   a run folder that cannot be started or continued, and why
+     +-- TemplateError      3   a template needs a word that the context does not have
+     +-- FolderError        3   an output that would overwrite what is not ours
+     +-- ImageError         3   bytes that are not the image of a Stamp
+     +-- BudgetError        3   a program that does not fit its chip with the reserve asked for
+     +-- StorageError       3   the disk refused to take what was written to it
+     +-- ToolchainError     4   no Node, no tokenizer, a wrong hash, a worker that died
+     +-- NetworkError       5   the tokenizer could not be fetched
+     +-- SourceError        6   the tokenizer refused a PBASIC source: file, line, column, its words
+     +-- Interrupted       10   stopped by the user or a full disk; the run folder can be resumed
+
+The numbers are the exit codes of the command line. 1 is a bug of ours, 2 is usage (click's).
+A wrong argument to a function of the library is a `TypeError` or `ValueError`, not one of these.
+"""
+
+from typing import ClassVar
+
+
+class CgagenError(Exception):
+    """Anything a user can mend. `str(error)` is the sentence that they read."""
+
+    exit_code: ClassVar[int] = 1
+
+
+class RobotError(CgagenError):
+    """A robot or arena file says something that cannot be: file, key, what is allowed."""
+
+    exit_code = 3
+
+
+class GenomeError(CgagenError):
+    """A genome of 191 characters, with a 2 in it, or made for another kind of robot."""
+
+    exit_code = 3
+
+
+class RunError(CgagenError):
+    """A run folder that is half-written, from another version, or already in use."""
+
+    exit_code = 3
+
+
+class TemplateError(CgagenError):
+    """A template that names an unknown word, cannot be parsed, or is missing."""
+
+    exit_code = 3
+
+
+class FolderError(CgagenError):
+    """An output folder that holds something else; `--force` is the way past it."""
+
+    exit_code = 3
+
+
+class ImageError(CgagenError):
+    """Bytes that are not the image of a Stamp: wrong length, or no program in them."""
+
+    exit_code = 3
+
+
+class BudgetError(CgagenError):
+    """A program that leaves less EEPROM or RAM free than the robot needs in reserve."""
+
+    exit_code = 3
+
+
+class StorageError(CgagenError):
+    """The disk is full, read-only or gone; nothing half-written is left behind."""
+
+    exit_code = 3
+
+
+class ToolchainError(CgagenError):
+    """No Node, no tokenizer, a tokenizer with the wrong hash, or a worker that died."""
+
+    exit_code = 4
+
+
+class NetworkError(CgagenError):
+    """The tokenizer could not be fetched."""
+
+    exit_code = 5
+
+
+class SourceError(CgagenError):
+    """The tokenizer refused a PBASIC source.
+
+    Attributes:
+        code: the tokenizer's error number, 101 to 231; 0 where the refusal is our own.
+        line: line of the source, from 1; None where the tokenizer names no position.
+        column: column in that line, from 1; None likewise.
+        length: characters that the error covers; 0 where unknown.
+    """
+
+    exit_code = 6
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        code: int = 0,
+        line: int | None = None,
+        column: int | None = None,
+        length: int = 0,
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.line = line
+        self.column = column
+        self.length = length
+
+
+class Interrupted(CgagenError):
+    """The work was stopped before its end and can be resumed from what is on the disk."""
+
+    exit_code = 10

@@ -1,0 +1,1 @@
+"""Evidence that the firmware decides as the simulator does."""

@@ -1,0 +1,1 @@
+"""The simulated arena: the world step, the batch kernel and single episodes."""

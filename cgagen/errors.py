@@ -14,7 +14,7 @@
      +-- ToolchainError     4   no Node, no tokenizer, a wrong hash, a worker that died
      +-- NetworkError       5   the tokenizer could not be fetched
      +-- SourceError        6   the tokenizer refused a PBASIC source: file, line, column, its words
-     +-- Interrupted       10   stopped by the user or a full disk; the run folder can be resumed
+     +-- StoppedError      10   stopped by the user or a full disk; the run folder can be resumed
 
 The numbers are the exit codes of the command line. 1 is a bug of ours, 2 is usage (click's).
 A wrong argument to a function of the library is a `TypeError` or `ValueError`, not one of these.
@@ -117,7 +117,7 @@ class SourceError(CgagenError):
         self.length = length
 
 
-class Interrupted(CgagenError):
+class StoppedError(CgagenError):
     """The work was stopped before its end and can be resumed from what is on the disk."""
 
     exit_code = 10

@@ -1,0 +1,119 @@
+"""The table of verbs, in the order of the house. Each verb's code is imported when it is called.
+
+A verb parses its words, calls one function of the library and prints its result: results on
+stdout, progress and notes on stderr. Whatever goes wrong is one sentence and an exit code
+(`cgagen.errors`); a traceback is a bug of ours, shown in full only with `-v`.
+"""
+
+import importlib
+import os
+import sys
+import traceback
+
+import click
+
+from cgagen import __version__
+from cgagen.errors import CgagenError
+from cgagen.verbs.console import Console
+
+VERBS: dict[str, tuple[str, str]] = {
+    #  verb       module in cgagen.verbs, what `--help` says
+    "setup": ("toolchain", "Fetch Parallax's tokenizer, once, with its hash checked."),
+    "doctor": ("toolchain", "Say what is missing on this machine and how to mend it."),
+    "evolve": ("evolve", "Evolve a genome into a run folder."),
+    "resume": ("evolve", "Continue a run after any interruption, bit for bit."),
+    "simulate": ("simulate", "Play one episode, a line per step."),
+    "build": ("build", "Write and compile the programs of both Stamps."),
+    "compile": ("compile", "Compile any PBASIC source to an EEPROM image."),
+    "info": ("info", "Describe a genome, run, robot, build or image."),
+    "benchmark": ("benchmark", "Measure speed on this machine, as rates and ratios."),
+}
+
+
+class LazyGroup(click.Group):
+    """A group that lists its verbs from the table and imports one only to run it."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the verbs in the order of the table."""
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the verb that was asked for, and no other."""
+        if cmd_name not in VERBS:
+            return None
+        module = importlib.import_module(f"cgagen.verbs.{VERBS[cmd_name][0]}")
+        command = getattr(module, f"{cmd_name}_verb")
+        if not isinstance(command, click.Command):
+            raise TypeError(f"{module.__name__}.{cmd_name}_verb is not a command")
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the verbs without importing them."""
+        with formatter.section("Verbs"):
+            formatter.write_dl([(verb, help_text) for verb, (_, help_text) in VERBS.items()])
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--json", "as_json", is_flag=True, help="Results as JSON on stdout.")
+@click.option("--no-progress", is_flag=True, help="No progress on stderr.")
+@click.option("--no-color", is_flag=True, help="No colours (also: NO_COLOR).")
+@click.option("-v", "--verbose", is_flag=True, help="Say more; show tracebacks.")
+@click.option("-q", "--quiet", is_flag=True, help="Say results only.")
+@click.version_option(__version__, message="cgagen %(version)s")
+@click.pass_context
+def cgagen(
+    context: click.Context,
+    as_json: bool,
+    no_progress: bool,
+    no_color: bool,
+    verbose: bool,
+    quiet: bool,
+) -> None:
+    """From an evolved genome to proven firmware for both Stamps of a hexapod."""
+    context.obj = Console(
+        as_json=as_json,
+        progress=not (no_progress or quiet) and sys.stderr.isatty(),
+        color=not no_color and "NO_COLOR" not in os.environ,
+        verbose=verbose,
+        quiet=quiet,
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one verb and return its exit code; never raise.
+
+    Args:
+        arguments: the words after `cgagen`; None for those of this process.
+
+    >>> main(["--version"])
+    cgagen 0.1.0
+    0
+    """
+    words = sys.argv[1:] if arguments is None else arguments
+    verbose = "-v" in words or "--verbose" in words
+    try:
+        result = cgagen.main(args=words, prog_name="cgagen", standalone_mode=False)
+        return result if isinstance(result, int) else 0
+    except click.exceptions.Exit as leave:
+        return leave.exit_code
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except CgagenError as error:
+        print(f"cgagen: {error}", file=sys.stderr)
+        return error.exit_code
+    except (KeyboardInterrupt, click.Abort):
+        print("cgagen: stopped by Ctrl-C; nothing half-written was left behind", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except Exception as error:
+        print(
+            f"cgagen: a bug of ours ({type(error).__name__}: {error}); "
+            "run it again with -v and report what it prints",
+            file=sys.stderr,
+        )
+        if verbose:
+            traceback.print_exc()
+        return 1

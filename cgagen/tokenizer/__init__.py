@@ -1,0 +1,141 @@
+"""Parallax's own tokenizer: PBASIC in, the EEPROM image with its source map out.
+
+The tokenizer is a program of 2001 to 2013 in a JavaScript wrapping of 2015; it runs in a Node
+process of its own and is asked line by line. What is wrong with it stays inside this package:
+it loses the memory of every source, never returns from some comments at the end of a file,
+changes some characters silently, accepts pins that no chip has, and reports no place for some
+errors. Ref: S3, every one of them measured.
+"""
+
+import os
+import threading
+from types import TracebackType
+from typing import Any, Self
+
+from cgagen.errors import ToolchainError
+from cgagen.stamp.chips import chip_of_target
+from cgagen.stamp.compiled import Compiled, SourceMap, Statement, VariableCounts
+from cgagen.stamp.image import Image
+from cgagen.tokenizer.refusal import refusal, refuse_wrong_pins
+from cgagen.tokenizer.text import Lines, sendable
+from cgagen.tokenizer.worker import Worker, WorkerDiedError, WorkerStuckError
+
+__all__ = ["Tokenizer"]
+
+ANSWER_LIMIT_S = 20.0
+"""How long one source may take. Ref: choice; the longest measured took 0.1 s."""
+
+
+class Tokenizer:
+    r"""The tokenizer, ready for any number of sources from any number of threads.
+
+    The process starts with the first source, is started anew when it dies, and is never shared
+    with a forked child, which gets its own.
+
+    Args:
+        limit_s: how long one source may take before the process is killed.
+        command: another program in the worker's place.
+
+    >>> with Tokenizer() as tokenizer:
+    ...     compiled = tokenizer.compile("' {$STAMP BS2}\nHIGH 3\n", "led.bs2")
+    >>> compiled.image.eeprom[-4:].hex(), compiled.source_map.statements[0].line
+    ('140e07c0', 2)
+    """
+
+    def __init__(
+        self, limit_s: float = ANSWER_LIMIT_S, *, command: list[str] | None = None
+    ) -> None:
+        self._limit_s = limit_s
+        self._command = command
+        self._worker: Worker | None = None
+        self._owner = os.getpid()
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def compile(self, source: str, name: str = "program") -> Compiled:
+        """Return what the tokenizer makes of a source.
+
+        Args:
+            source: PBASIC 2.0 or 2.5, with a `$STAMP` directive.
+            name: what the source is called in messages.
+
+        Raises:
+            SourceError: it is refused; the sentence has line and column where there is one.
+            ToolchainError: no Node, no tokenizer, or one that dies or hangs.
+            ValueError: this tokenizer is closed.
+        """
+        text = sendable(source, name)
+        record = self._ask(text, name)
+        if not record["ok"]:
+            raise refusal(
+                text, name, record["error"], record["error_start"], record["error_length"]
+            )
+        compiled = _compiled(source, name, record)
+        refuse_wrong_pins(compiled)
+        return compiled
+
+    def close(self) -> None:
+        """End the process. Harmless when repeated."""
+        self._closed = True
+        if self._worker is not None and self._owner == os.getpid():
+            self._worker.kill()
+        self._worker = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def pid(self) -> int | None:
+        """The worker's process number; None while none runs."""
+        return self._worker.pid if self._worker is not None and self._worker.usable else None
+
+    def _ask(self, text: str, name: str) -> dict[str, Any]:
+        if self._owner != os.getpid():
+            # Forked: the lock may be held by a thread that does not exist here.
+            self._owner, self._lock, self._worker = os.getpid(), threading.Lock(), None
+        with self._lock:
+            for last in (False, True):
+                if self._closed:
+                    raise ValueError("this tokenizer is closed")
+                if self._worker is None or not self._worker.usable:
+                    self._worker = Worker(self._command)
+                try:
+                    return self._worker.ask(text, self._limit_s)
+                except WorkerStuckError as error:
+                    raise ToolchainError(
+                        f"{name}: the tokenizer gave no answer in {self._limit_s:g} s and was "
+                        "stopped; shorten the source until it does, and report what was left out"
+                    ) from error
+                except WorkerDiedError as error:
+                    if last:
+                        raise ToolchainError(
+                            f"{name}: the tokenizer's process died twice ({error}); "
+                            "run `cgagen doctor`, or try again with more memory free"
+                        ) from error
+        raise AssertionError("unreachable")  # the loop returns or raises
+
+
+def _compiled(source: str, name: str, record: dict[str, Any]) -> Compiled:
+    lines = Lines(source)
+    image = Image(chip_of_target(record["target"]), record["eeprom"], record["flags"])
+    return Compiled(
+        name=name,
+        source=source,
+        image=image,
+        variables=VariableCounts(*record["variables"]),
+        source_map=SourceMap(
+            tuple(Statement(offset, *lines.place(offset), bit) for offset, bit in record["map"])
+        ),
+        project_files=tuple(record["files"]),
+        port=record["port"],
+        language=record["language"],
+        debugs=record["debugs"],
+    )

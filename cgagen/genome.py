@@ -154,7 +154,9 @@ def load(path: Path) -> Genome:
         GenomeError: the file cannot be read or is no genome; the sentence names the file.
     """
     try:
-        if path.is_file() and path.stat().st_size > LARGEST_FILE:
+        if path.exists() and not path.is_file():
+            raise GenomeError(f"{path}: is not a file; give the best.genome of a run")
+        if path.exists() and path.stat().st_size > LARGEST_FILE:
             raise GenomeError(
                 f"{path}: {path.stat().st_size:,} bytes are too many for a genome file "
                 f"(at most {LARGEST_FILE:,}); give the best.genome of a run"

@@ -12,6 +12,7 @@ from cgagen import files
 from cgagen.errors import RunError
 from cgagen.evolve import Settings
 from cgagen.run.streams import GENERATION_BITS, SEED_BITS, TRIAL_BITS
+from cgagen.words import GENOME_BITS
 
 FORMAT = "cgagen-run-1"
 
@@ -70,6 +71,8 @@ class RunSettings:
             value = getattr(self, name)
             if not least <= value <= most:
                 raise ValueError(f"{name} is {value}, it must be {least} to {most}")
+        if self.evolution.bits != GENOME_BITS:
+            raise ValueError(f"bits is {self.evolution.bits}, a genome has {GENOME_BITS}")
         if any(generation < 1 for generation in self.populations_at):
             raise ValueError(f"populations_at is {self.populations_at}, each must be 1 or more")
 
@@ -134,9 +137,14 @@ class RunRecord:
     versions: tuple[tuple[str, str], ...]
 
     @property
+    def text(self) -> str:
+        """Content of `0-run.toml`."""
+        return to_text(self)
+
+    @property
     def digest(self) -> str:
         """SHA-256 of `0-run.toml`, which names the digests of all inputs."""
-        return files.digest(to_text(self))
+        return files.digest(self.text)
 
 
 _TABLES: dict[str, tuple[str, ...]] = {

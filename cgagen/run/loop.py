@@ -1,0 +1,250 @@
+"""One trial: generation after generation, with a checkpoint at every tenth or every 30 s."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgagen import checkpoint, files, genome
+from cgagen.checkpoint import Best, Checkpoint, Report
+from cgagen.errors import StoppedError
+from cgagen.evolve import Bits, first_generation, next_generation
+from cgagen.run import folder as run_folder
+from cgagen.run.record import RunRecord
+from cgagen.run.stop import Stopped
+from cgagen.run.streams import Purpose, stream
+
+SAVE_EVERY = 10
+"""Generations between two checkpoints. choice: a few per cent of the time of a trial."""
+
+SAVE_AFTER_S = 30.0
+"""Seconds after which one is due in any case. choice: what a user can bear to lose."""
+
+
+class Scores(Protocol):
+    """What a world says of a population, one value per individual."""
+
+    @property
+    def fitness(self) -> NDArray[np.float64]:
+        """Mean step score over all starts, arena units, shape (individuals,)."""
+
+    @property
+    def captured(self) -> NDArray[np.float64]:
+        """Share of the starts that ended in a capture, 0 to 1, shape (individuals,)."""
+
+
+class World(Protocol):
+    """Where individuals are tried out. The same arguments give the same scores, bit for bit."""
+
+    def draw_starts(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """Return random starts, shape (count, 8); their meaning is the world's business."""
+
+    def evaluate(self, bits: Bits, starts: NDArray[np.float64]) -> Scores:
+        """Run every individual from every start."""
+
+    def close(self) -> None:
+        """Give back threads; the world is not used again."""
+
+
+WorldFactory = Callable[[int], World]
+"""Makes a world with that many threads. Picklable, where trials run in processes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """What an observer is told after each generation.
+
+    Attributes:
+        trial: from 1.
+        generation: the one that is done, from 1.
+        generations: how many there are.
+        mean: mean fitness on the generation's own starts, arena units.
+        steps_per_second: world steps of this trial since it was started or resumed.
+        seconds_left: of this trial, at that rate.
+    """
+
+    trial: int
+    generation: int
+    generations: int
+    mean: float
+    steps_per_second: float
+    seconds_left: float
+
+
+Observer = Callable[[Progress], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One trial to be run or continued.
+
+    Attributes:
+        folder: its run folder, whose record exists.
+        record: settings and inputs, with this one trial.
+        resume_folder: the folder that a user resumes: this one, or the one above of several.
+        threads: for the world.
+    """
+
+    folder: Path
+    record: RunRecord
+    resume_folder: Path
+    threads: int
+
+    @property
+    def trial(self) -> int:
+        """Number of the trial, from 1."""
+        return self.record.settings.first_trial
+
+
+def state_of(job: Job) -> Checkpoint:
+    """Return the state to go on from: the checkpoint's, or the first population.
+
+    Raises:
+        RunError: there is a checkpoint and it cannot be used.
+    """
+    settings = job.record.settings
+    shape = (settings.evolution.population, settings.evolution.bits)
+    path = job.folder / run_folder.CHECKPOINT
+    if path.exists():
+        return checkpoint.restore(path, job.record.digest, job.trial, shape)
+    rng = stream(settings.seed, job.trial, 0, Purpose.POPULATION)
+    return Checkpoint(job.record.digest, job.trial, first_generation(settings.evolution, rng))
+
+
+def run_trial(job: Job, make_world: WorldFactory, observe: Observer, stopped: Stopped) -> None:
+    """Run a trial to its end, from its checkpoint if it has one. The folder must be locked.
+
+    Raises:
+        StoppedError: `stopped` said so; the folder can be resumed.
+        StorageError: the disk refused; the last checkpoint is whole.
+        RunError: the checkpoint cannot be used.
+    """
+    state = state_of(job)
+    last = job.record.settings.generations
+    if state.completed >= last:
+        return
+    world = make_world(job.threads)
+    try:
+        state = _run(job, state, world, observe, stopped)
+    finally:
+        world.close()
+    if state.completed < last:
+        raise StoppedError(
+            f"{job.folder}: stopped after generation {state.completed} of {last}; "
+            f"continue with `cgagen resume {job.resume_folder}`"
+        )
+
+
+def _run(
+    job: Job, state: Checkpoint, world: World, observe: Observer, stopped: Stopped
+) -> Checkpoint:
+    """Run generations until the last or until stopped, and return a state that is saved."""
+    settings = job.record.settings
+    rng = stream(settings.fixed_starts_seed, 0, 0, Purpose.FIXED_STARTS)
+    fixed_starts = world.draw_starts(rng, settings.fixed_starts)
+    clock = _Clock(job, state.completed)
+    saved_at, saved = time.monotonic(), state.completed
+    while state.completed < settings.generations and not stopped():
+        state = _generation(job, state, world, fixed_starts)
+        done = state.completed
+        due = done % SAVE_EVERY == 0 or done == settings.generations
+        if due or time.monotonic() - saved_at > SAVE_AFTER_S:
+            _save(job, state)
+            saved_at, saved = time.monotonic(), done
+        observe(clock.progress(state))
+    if saved < state.completed:
+        _save(job, state)
+    return state
+
+
+def _generation(
+    job: Job, state: Checkpoint, world: World, fixed_starts: NDArray[np.float64]
+) -> Checkpoint:
+    """Evaluate the population, report it, and breed the one that follows."""
+    settings, bits = job.record.settings, state.bits
+    number = state.completed + 1
+    rng = stream(settings.seed, job.trial, number, Purpose.STARTS)
+    scores = world.evaluate(bits, world.draw_starts(rng, settings.starts_per_generation))
+    training = (*state.training, _report(number, scores))
+    fixed, best = state.fixed, state.best
+    if settings.is_evaluated(number):
+        on_fixed = world.evaluate(bits, fixed_starts)
+        fixed = (*fixed, _report(number, on_fixed))
+        best = _better(best, number, bits, on_fixed)
+        if settings.is_written(number):
+            text = run_folder.population_csv(
+                bits, scores.fitness, on_fixed.fitness, on_fixed.captured
+            )
+            files.write_text(job.folder / run_folder.population_name(number), text)
+    rng = stream(settings.seed, job.trial, number, Purpose.CHILDREN)
+    children = next_generation(bits, scores.fitness, settings.evolution, rng)
+    return replace(state, bits=children, training=training, fixed=fixed, best=best)
+
+
+def _report(generation: int, scores: Scores) -> Report:
+    """Return a population's figures; `fsum` rounds once, whatever the order of the summands."""
+    fitness, captured = scores.fitness.tolist(), scores.captured.tolist()
+    return Report(
+        generation,
+        math.fsum(fitness) / len(fitness),
+        max(fitness),
+        min(fitness),
+        math.fsum(captured) / len(captured),
+    )
+
+
+def _better(best: Best | None, generation: int, bits: Bits, scores: Scores) -> Best:
+    """Return the best individual so far; of equals the earlier one, then the lower index."""
+    index = int(np.argmax(scores.fitness))
+    fitness = float(scores.fitness[index])
+    if best is not None and best.fitness >= fitness:
+        return best
+    return Best(generation, fitness, float(scores.captured[index]), bits[index].copy())
+
+
+def _save(job: Job, state: Checkpoint) -> None:
+    """Write what is reported so far, and the checkpoint last: it vouches for the others."""
+    files.write_text(job.folder / run_folder.TRAINING, run_folder.reports_csv(state.training))
+    files.write_text(job.folder / run_folder.FITNESS, run_folder.reports_csv(state.fixed))
+    if state.best is not None:
+        best = run_folder.best_genome(job.record, job.trial, state.best)
+        files.write_text(job.folder / run_folder.BEST, genome.to_text(best))
+    checkpoint.save(job.folder / run_folder.CHECKPOINT, state)
+
+
+class _Clock:
+    """Rate and time left of a trial; the only place that asks the computer how long it took."""
+
+    def __init__(self, job: Job, completed: int) -> None:
+        self._settings = job.record.settings
+        self._from = completed
+        self._began = time.monotonic()
+
+    def _episodes(self, first: int, last: int) -> int:
+        """Return the starts that generations after `first` up to `last` are run from."""
+        numbers = range(first + 1, last + 1)
+        evaluated = sum(self._settings.is_evaluated(number) for number in numbers)
+        return (
+            len(numbers) * self._settings.starts_per_generation
+            + evaluated * self._settings.fixed_starts
+        )
+
+    def progress(self, state: Checkpoint) -> Progress:
+        """Return what an observer is told."""
+        settings = self._settings
+        done = self._episodes(self._from, state.completed)
+        left = self._episodes(state.completed, settings.generations)
+        elapsed_s = max(time.monotonic() - self._began, 1e-9)
+        return Progress(
+            trial=state.trial,
+            generation=state.completed,
+            generations=settings.generations,
+            mean=state.training[-1].mean,
+            steps_per_second=done * settings.evolution.population * settings.steps / elapsed_s,
+            seconds_left=elapsed_s * left / done,
+        )

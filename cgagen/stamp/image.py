@@ -21,6 +21,9 @@ class Use(IntEnum):
     PROGRAM = 3
 
 
+_FLAGS = bytes(use | sent for use in Use for sent in (0, SENT))
+
+
 @dataclass(frozen=True, slots=True)
 class Image:
     """One program slot as it is on the chip.
@@ -47,7 +50,7 @@ class Image:
                     f"{what} of a {self.model.name} has {EEPROM_BYTES} bytes, this one has "
                     f"{len(data)}; give the whole slot, unused bytes as 0"
                 )
-        if self.flags is not None and any(f & ~(SENT | 3) for f in self.flags):
+        if self.flags is not None and self.flags.translate(None, _FLAGS):
             raise ImageError("a flag is not 0 to 3 with bit 7; give the tokenizer's own flags")
         if not 0 <= self.slot < self.model.slots:
             raise ImageError(

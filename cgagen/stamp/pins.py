@@ -30,6 +30,13 @@ _PIN_OPERANDS_P = dict.fromkeys(
     (0x2C, 0x2D, 0x2E, 0x2F, 0x30, 0x31, 0x32, 0x35, 0x36, 0x38, 0x39),
     ((-1, LAST_PIN),),
 )
+INSTRUCTIONS_WITH_PINS = frozenset(
+    "OUTPUT HIGH TOGGLE LOW REVERSE INPUT FREQOUT DTMFOUT XOUT SEROUT SERIN PULSOUT PULSIN "
+    "COUNT SHIFTIN SHIFTOUT RCTIME BUTTON PWM LCDIN LCDOUT LCDCMD I2CIN I2COUT POLLIN POLLOUT "
+    "OWOUT OWIN".split()
+)
+"""Words that start a statement with a pin among its operands. Ref: S2 chapter 5."""
+
 _ELEMENT_BITS = (8, 6, 5, 4)
 """Bits of the element number of a bit, nibble, byte and word variable. Ref: S3."""
 

@@ -20,7 +20,7 @@ from cgagen.tokenizer.refusal import refusal, refuse_wrong_pins
 from cgagen.tokenizer.text import Lines, sendable
 from cgagen.tokenizer.worker import Worker, WorkerDiedError, WorkerStuckError
 
-__all__ = ["Tokenizer"]
+__all__ = ["Tokenizer", "compile_source"]
 
 ANSWER_LIMIT_S = 20.0
 """How long one source may take. Ref: choice; the longest measured took 0.1 s."""
@@ -121,6 +121,22 @@ class Tokenizer:
                             "run `cgagen doctor`, or try again with more memory free"
                         ) from error
         raise AssertionError("unreachable")  # the loop returns or raises
+
+
+_shared: Tokenizer | None = None
+
+
+def compile_source(source: str, name: str = "program") -> Compiled:
+    """Return what `Tokenizer.compile` returns, from one tokenizer that this process shares.
+
+    Raises:
+        SourceError: see `Tokenizer.compile`.
+        ToolchainError: likewise.
+    """
+    global _shared  # noqa: PLW0603  one process, one worker: that is the point
+    if _shared is None:
+        _shared = Tokenizer()
+    return _shared.compile(source, name)
 
 
 def _compiled(source: str, name: str, record: dict[str, Any]) -> Compiled:

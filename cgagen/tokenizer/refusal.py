@@ -4,7 +4,7 @@ import re
 
 from cgagen.errors import SourceError
 from cgagen.stamp.compiled import Compiled
-from cgagen.stamp.pins import PROGRAMMING_PORT, wrong_pin
+from cgagen.stamp.pins import INSTRUCTIONS_WITH_PINS, PROGRAMMING_PORT, wrong_pin
 from cgagen.stamp.stream import stream_of
 from cgagen.tokenizer.text import Lines
 
@@ -13,6 +13,7 @@ WITHOUT_PLACE = frozenset({124, 128, 156, 157})
 no $STAMP, nothing to tokenize. Ref: S3, measured."""
 
 _CODED = re.compile(r"(\d+)-(.*)", re.DOTALL)
+_WORD = re.compile(r"\w*")
 _LONGEST_WORD = 40
 
 
@@ -54,16 +55,18 @@ def refuse_wrong_pins(compiled: Compiled) -> None:
         SourceError: the first such statement.
     """
     stream = stream_of(compiled.image.eeprom)
-    for statement in {s.bit: s for s in compiled.source_map.statements}.values():
+    for statement in compiled.source_map.statements:
+        found = _WORD.match(compiled.source, statement.offset)
+        word = found[0].upper() if found else ""
+        if word not in INSTRUCTIONS_WITH_PINS:
+            continue
         wrong = wrong_pin(stream, statement.bit, compiled.image.model)
         if wrong is not None:
-            word = re.match(r"\w+", compiled.source[statement.offset :])
             port = " (16 is the programming port)" if wrong.last == PROGRAMMING_PORT else ""
             raise SourceError(
-                f"{compiled.name}:{statement.line}:{statement.column}: "
-                f"{word[0].upper() if word else 'this'} names pin {wrong.pin}; "
-                f"give one of 0 to {wrong.last}{port}",
+                f"{compiled.name}:{statement.line}:{statement.column}: {word} names pin "
+                f"{wrong.pin}; give one of 0 to {wrong.last}{port}",
                 line=statement.line,
                 column=statement.column,
-                length=len(word[0]) if word else 0,
+                length=len(word),
             )

@@ -3,7 +3,7 @@
 import base64
 import json
 import os
-import selectors
+import select
 import subprocess
 import tempfile
 import time
@@ -58,7 +58,6 @@ class Worker:
                 ) from error
             _alive.add(self)
             self._end = weakref.finalize(self, _end, self._process, self._owner)
-            self._selector = selectors.DefaultSelector()
             try:
                 self._greet(start_limit_s)
             except (WorkerDiedError, WorkerStuckError) as error:
@@ -101,7 +100,7 @@ class Worker:
         if answer.get("id") != self._questions or "fatal" in answer:
             self.kill()
             raise WorkerDiedError(str(answer.get("fatal", "an answer out of turn")))
-        for field in ("eeprom", "flags", "packets"):
+        for field in ("eeprom", "flags"):
             answer[field] = base64.b64decode(answer[field])
         return answer
 
@@ -112,7 +111,6 @@ class Worker:
     def forget(self) -> None:
         """Close this side's pipes without touching the process: what a forked child does."""
         self._end()
-        self._selector.close()
 
     def _greet(self, limit_s: float) -> None:
         for pipe in (self._process.stdin, self._process.stdout):
@@ -127,7 +125,7 @@ class Worker:
         assert pipe is not None
         rest = memoryview(data)
         while rest:
-            self._wait(pipe.fileno(), selectors.EVENT_WRITE, deadline)
+            _wait(pipe.fileno(), select.POLLOUT, deadline)
             try:
                 rest = rest[os.write(pipe.fileno(), rest) :]
             except BlockingIOError:
@@ -140,7 +138,7 @@ class Worker:
         assert pipe is not None
         chunks = [self._rest]
         while b"\n" not in chunks[-1]:
-            self._wait(pipe.fileno(), selectors.EVENT_READ, deadline)
+            _wait(pipe.fileno(), select.POLLIN, deadline)
             try:
                 chunk = os.read(pipe.fileno(), 1 << 16)
             except BlockingIOError:
@@ -157,13 +155,12 @@ class Worker:
             raise WorkerDiedError("an answer that is no record")
         return answer
 
-    def _wait(self, descriptor: int, event: int, deadline: float) -> None:
-        self._selector.register(descriptor, event)
-        try:
-            if not self._selector.select(max(0.0, deadline - time.monotonic())):
-                raise WorkerStuckError("no answer in time")
-        finally:
-            self._selector.unregister(descriptor)
+
+def _wait(descriptor: int, event: int, deadline: float) -> None:
+    poll = select.poll()
+    poll.register(descriptor, event)
+    if not poll.poll(max(0.0, deadline - time.monotonic()) * 1000):
+        raise WorkerStuckError("no answer in time")
 
 
 def _end(process: subprocess.Popen[bytes], owner: int) -> None:

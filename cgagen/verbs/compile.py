@@ -1,0 +1,82 @@
+"""`cgagen compile`: any PBASIC source to the image of its chip."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.verbs.console import Console, with_console
+
+if TYPE_CHECKING:
+    from cgagen.stamp.compiled import Compiled
+
+
+@click.command("compile")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.bin",
+    help="Write the 2,048 bytes of the EEPROM image here.",
+)
+@click.option(
+    "--map",
+    "map_file",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Write the source map here: line, column and first bit of every statement.",
+)
+@click.option("--force", is_flag=True, help="Overwrite what is not an image or map of ours.")
+@with_console
+def compile_verb(
+    console: Console, file: Path, output: Path | None, map_file: Path | None, force: bool
+) -> None:
+    r"""Compile a PBASIC source for the BS2, BS2e, BS2sx, BS2p or BS2pe that its $STAMP names.
+
+    Prints what the program takes of its chip. A refused source is one sentence with file, line
+    and column, exit code 6. With --json: image, packets, source map and all counts.
+
+    \b
+    Environment:
+      CGAGEN_NODE       the Node program to use, before PATH
+      CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
+      XDG_CACHE_HOME    where caches live (default: ~/.cache)
+    """
+    from cgagen.memory import report
+    from cgagen.tokenizer import Tokenizer
+    from cgagen.tokenizer.files import read_source, write_image, write_map
+
+    for target in (output, map_file):
+        if target is not None and target.resolve() == file.resolve():
+            raise click.UsageError(f"{target} is the source itself; choose another name")
+    with Tokenizer() as tokenizer:
+        compiled = tokenizer.compile(read_source(file), str(file))
+    sizes = report(compiled)
+    if output is not None:
+        write_image(output, compiled.image, force)
+    if map_file is not None:
+        write_map(map_file, compiled, force)
+    for name in compiled.project_files:
+        console.note(f"note: $STAMP names {name} for a further slot; compile it by itself")
+    console.result(_data(compiled, sizes.to_json()), sizes.to_text().rstrip("\n"))
+
+
+def _data(compiled: "Compiled", sizes: dict[str, Any]) -> dict[str, Any]:
+    from cgagen.stamp.packets import packets_of
+
+    return {
+        "name": compiled.name,
+        "model": compiled.image.model.name,
+        "language": compiled.language,
+        "port": compiled.port,
+        "project_files": list(compiled.project_files),
+        "digest": compiled.image.digest,
+        "eeprom": compiled.image.eeprom.hex(),
+        "flags": compiled.image.known_flags().hex(),
+        "packets": [packet.hex() for packet in packets_of(compiled.image)],
+        "start_bit": compiled.start_bit,
+        "source_map": [statement._asdict() for statement in compiled.source_map.statements],
+        "variables": compiled.variables._asdict(),
+        "memory": sizes,
+    }

@@ -1,0 +1,64 @@
+"""`cgagen setup` and `cgagen doctor`: the tools that compile PBASIC."""
+
+from pathlib import Path
+
+import click
+
+from cgagen.verbs.console import Console, with_console
+
+
+@click.command("setup")
+@click.option(
+    "--offline",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Take it from a tarball of `npm pack pbasic-tokenizer@0.3.0`, or from its index.js.",
+)
+@click.option("--force", is_flag=True, help="Fetch it again even if it is there.")
+@with_console
+def setup_verb(console: Console, offline: Path | None, force: bool) -> None:
+    r"""Fetch Parallax's tokenizer into the user's cache, once, with its hash checked.
+
+    It comes from npm as pbasic-tokenizer 0.3.0 (MIT, Parallax Inc.), by a lock file that cgagen
+    carries. Node 18 or later is needed, from PATH or from `pip install 'cgagen[node]'`.
+
+    \b
+    Environment:
+      CGAGEN_NODE       the Node program to use, before PATH
+      CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
+      XDG_CACHE_HOME    where caches live (default: ~/.cache)
+    npm's own settings (proxy, registry) hold as usual.
+    """
+    from cgagen.toolchain import TOKENIZER_SHA256, setup
+
+    path, fetched = setup(offline, force)
+    data = {"tokenizer": str(path), "sha256": TOKENIZER_SHA256, "fetched": fetched}
+    console.result(data, f"tokenizer: {path} ({'now' if fetched else 'already'} there)")
+
+
+@click.command("doctor")
+@click.pass_context
+def doctor_verb(context: click.Context) -> None:
+    r"""Say line by line what this machine has, what is missing, and how to mend it.
+
+    Exit code 4 if something is missing without which nothing compiles.
+
+    \b
+    Environment:
+      CGAGEN_NODE       the Node program to use, before PATH
+      CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
+      XDG_CACHE_HOME    where caches live (default: ~/.cache)
+    """
+    from dataclasses import asdict
+
+    from cgagen.errors import ToolchainError
+    from cgagen.tokenizer.doctor import examine
+
+    checks = examine()
+    healthy = all(check.ok for check in checks if check.needed)
+    console: Console = context.obj
+    console.result(
+        {"ok": healthy, "checks": [asdict(check) for check in checks]},
+        "\n".join(check.to_text() for check in checks),
+    )
+    context.exit(0 if healthy else ToolchainError.exit_code)

@@ -131,7 +131,7 @@ def roulette(fitness: Fitness, count: int, rng: np.random.Generator) -> NDArray[
         wheel = np.arange(1.0, len(fitness) + 1.0)
         total = float(len(fitness))
     drawn = np.searchsorted(wheel, rng.random(count) * total, side="right")
-    return np.minimum(drawn, len(fitness) - 1)
+    return np.minimum(drawn, np.searchsorted(wheel, total))  # a product can round up to the total
 
 
 def two_point(first: Bits, second: Bits, rng: np.random.Generator) -> Bits:

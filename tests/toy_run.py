@@ -76,13 +76,14 @@ def main(verb, folder, pause_s, trials, workers):
         with stop_on_signals() as stopped:
             factory = ToyFactory(float(pause_s))
             options = {"workers": int(workers), "stopped": stopped}
-            print("ready", flush=True)
+            sys.stdout.write("ready\n")
+            sys.stdout.flush()
             if verb == "start":
                 start(Path(folder), record(trials=int(trials)), factory, **options)
             else:
                 resume(Path(folder), lambda record: factory, **options)
     except CgagenError as error:
-        print(error, file=sys.stderr)
+        sys.stderr.write(f"{error}\n")
         return error.exit_code
     return 0
 

@@ -7,8 +7,8 @@ run in a new folder, `resume` continues one after any interruption, bit for bit.
 from cgagen.run.folder import read_record
 from cgagen.run.loop import Observer, Progress, Scores, World, WorldFactory
 from cgagen.run.record import Inputs, Option, RunRecord, RunSettings
-from cgagen.run.start import Outcome, TrialOutcome, resume, start
 from cgagen.run.stop import stop_on_signals
+from cgagen.run.trials import Outcome, TrialOutcome, resume, start
 
 __all__ = [
     "Inputs",

@@ -197,10 +197,11 @@ def from_text(text: str, name: Path, read_input: Callable[[str], str]) -> RunRec
         )
     try:
         record = _from_toml(data, read_input)
+        digests = dict(data["inputs"])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise _changed(name, str(error)) from None
-    for file, text_digest in data["inputs"].items():
-        if files.digest(record.inputs.texts().get(file, "")) != text_digest:
+    for file, input_text in record.inputs.texts().items():
+        if files.digest(input_text) != digests.get(file):
             raise RunError(
                 f"{name.parent / file}: is not the file that the run began with; put it back, or "
                 "start a new run in another folder"

@@ -2,7 +2,7 @@
 
 Thresholds of a robot file and the geometry of the simulator go through the same two functions,
 so a threshold in inches and a reading at that distance are the same count. They use only
-comparisons, `+ - *` and `floor`, which are exact in the same way on every CPU, and they are
+comparisons, `+ - *` and rounding down, which are exact in the same way on every CPU, and they are
 written so that Numba can compile them. The scale is an argument: inches for thresholds, arena
 units for the simulator.
 """
@@ -28,19 +28,21 @@ GUARD_COUNTS = 1e-9
 
 
 class LightCurve(NamedTuple):
-    """Counts over distance as straight pieces; unused pieces rise by nothing.
+    """Counts over distance as up to eight straight pieces; unused ones begin beyond the last.
 
     Attributes:
-        first: count at and below the first distance.
-        start: where each piece begins, in the scale's distance.
-        per_distance: 1 / length of each piece.
-        rise: counts that each piece adds.
+        nearest: the curve is flat below this distance, in the scale's unit,
+        farthest: and beyond this one.
+        start: where each piece but the first begins.
+        count: what each piece would count at distance 0.
+        slope: counts per distance of each piece.
     """
 
-    first: float
-    start: tuple[float, float, float, float, float, float, float, float]
-    per_distance: tuple[float, float, float, float, float, float, float, float]
-    rise: tuple[float, float, float, float, float, float, float, float]
+    nearest: float
+    farthest: float
+    start: tuple[float, float, float, float, float, float, float]
+    count: tuple[float, float, float, float, float, float, float, float]
+    slope: tuple[float, float, float, float, float, float, float, float]
 
 
 def echo_count(distance: float, counts_per_distance: float, fewest: float, most: float) -> int:
@@ -55,10 +57,7 @@ def echo_count(distance: float, counts_per_distance: float, fewest: float, most:
     >>> echo_count(10.0, 2 * 73.746 / 0.8, 115 / 0.8, 18_500 / 0.8)
     1843
     """
-    count = distance * counts_per_distance
-    count = count if count > fewest else fewest
-    count = count if count < most else most
-    return math.floor(count)
+    return int(min(max(distance * counts_per_distance, fewest), most))
 
 
 def light_count(distance: float, curve: LightCurve) -> int:
@@ -68,25 +67,30 @@ def light_count(distance: float, curve: LightCurve) -> int:
     >>> [light_count(d, curve) for d in (0.0, 2.0, 7.0, 12.0, 50.0)]
     [14, 14, 92, 170, 170]
     """
-    start, scale, rise = curve.start, curve.per_distance, curve.rise
-    count = curve.first
-    count += risen(distance, start[0], scale[0], rise[0])
-    count += risen(distance, start[1], scale[1], rise[1])
-    count += risen(distance, start[2], scale[2], rise[2])
-    count += risen(distance, start[3], scale[3], rise[3])
-    count += risen(distance, start[4], scale[4], rise[4])
-    count += risen(distance, start[5], scale[5], rise[5])
-    count += risen(distance, start[6], scale[6], rise[6])
-    count += risen(distance, start[7], scale[7], rise[7])
-    return math.floor(count + GUARD_COUNTS)
-
-
-def risen(distance: float, start: float, per_distance: float, rise: float) -> float:
-    """Return what one piece of a light curve has added by `distance`."""
-    part = (distance - start) * per_distance
-    part = part if part > 0.0 else 0.0
-    part = part if part < 1.0 else 1.0
-    return part * rise
+    distance = min(max(distance, curve.nearest), curve.farthest)
+    count, slope = curve.count[0], curve.slope[0]
+    count, slope = (
+        (curve.count[1], curve.slope[1]) if distance >= curve.start[0] else (count, slope)
+    )
+    count, slope = (
+        (curve.count[2], curve.slope[2]) if distance >= curve.start[1] else (count, slope)
+    )
+    count, slope = (
+        (curve.count[3], curve.slope[3]) if distance >= curve.start[2] else (count, slope)
+    )
+    count, slope = (
+        (curve.count[4], curve.slope[4]) if distance >= curve.start[3] else (count, slope)
+    )
+    count, slope = (
+        (curve.count[5], curve.slope[5]) if distance >= curve.start[4] else (count, slope)
+    )
+    count, slope = (
+        (curve.count[6], curve.slope[6]) if distance >= curve.start[5] else (count, slope)
+    )
+    count, slope = (
+        (curve.count[7], curve.slope[7]) if distance >= curve.start[6] else (count, slope)
+    )
+    return int(count + slope * distance + GUARD_COUNTS)
 
 
 def light_curve(points: list[tuple[float, int]], distance_scale: float) -> LightCurve:
@@ -96,15 +100,17 @@ def light_curve(points: list[tuple[float, int]], distance_scale: float) -> Light
         points: 2 to 9 of them, both columns rising.
         distance_scale: that unit per inch; 1.0 for inches.
     """
-    starts, scales, rises = [], [], []
-    for (near, less), (far, more) in itertools.pairwise(points):
-        starts.append(near * distance_scale)
-        scales.append(1.0 / ((far - near) * distance_scale))
-        rises.append(float(more - less))
-    spare = [0.0] * (CURVE_SEGMENTS - len(starts))
+    counts, slopes = [], []
+    for (near_in, less), (far_in, more) in itertools.pairwise(points):
+        slope = (more - less) / (far_in - near_in)
+        counts.append(less - slope * near_in)
+        slopes.append(slope / distance_scale)
+    starts = [inches * distance_scale for inches, _ in points[1:-1]]
+    spare = CURVE_SEGMENTS - len(counts)
     return LightCurve(
-        float(points[0][1]),
-        tuple(starts + spare),  # type: ignore[arg-type]
-        tuple(scales + spare),  # type: ignore[arg-type]
-        tuple(rises + spare),  # type: ignore[arg-type]
+        points[0][0] * distance_scale,
+        points[-1][0] * distance_scale,
+        tuple(starts + [math.inf] * spare),  # type: ignore[arg-type]
+        tuple(counts + [0.0] * spare),  # type: ignore[arg-type]
+        tuple(slopes + [0.0] * spare),  # type: ignore[arg-type]
     )

@@ -1,0 +1,58 @@
+"""How the world is compiled: two decorators, and a cache that notices every edit.
+
+Numba keys its cache on the file of the outer function alone, so an edit of an inlined helper in
+another file would go unnoticed. Here the cache folder is named by the digest of all the files
+that the kernel is made of.
+
+No fast-math and no contraction: the operations are IEEE double precision in the order written,
+so plain Python (`NUMBA_DISABLE_JIT=1`) and every CPU give the same bits.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+from cgagen import counts
+from cgagen.files import digest
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+KERNEL_FILES = (
+    Path(counts.__file__),
+    *(
+        Path(__file__).with_name(name)
+        for name in (
+            "jit.py",
+            "numbers.py",
+            "senses.py",
+            "decide.py",
+            "world.py",
+            "batch.py",
+        )
+    ),
+)
+
+
+def cache_folder() -> Path:
+    """Return the folder for compiled kernels: the user's cache, named by the sources."""
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    sources = "".join(path.read_text("utf-8") for path in KERNEL_FILES)
+    return Path(base) / "cgagen" / f"kernel-{digest(sources)[:16]}"
+
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    numba.config.CACHE_DIR = str(cache_folder())
+
+
+def device(function: F) -> F:
+    """Compile a helper of the step: always inlined, so that LLVM can run it in lanes."""
+    compiled = numba.njit(error_model="numpy", forceinline=True, cache=True)(function)
+    return cast(F, compiled)
+
+
+def kernel(function: F) -> F:
+    """Compile a loop over episodes: releases the GIL, kept in the cache."""
+    return cast(F, numba.njit(error_model="numpy", nogil=True, cache=True)(function))

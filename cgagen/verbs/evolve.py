@@ -1,0 +1,275 @@
+"""`cgagen evolve` and `cgagen resume`: a population learns to hunt, in a folder that survives."""
+
+import os
+import re
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.progress import watch
+
+if TYPE_CHECKING:
+    from cgagen.robot import Arena, Robot
+    from cgagen.run import Inputs, Outcome, RunRecord, RunSettings, TrialOutcome, World
+    from sim.numbers import Options
+
+COUNT = click.IntRange(min=1)
+SEED = click.IntRange(0, 2**63 - 1)  # what a TOML integer can hold
+ROWS_SHOWN = 8
+"""Rows of the table at the end. choice: the whole is in 2-fitness.csv."""
+
+_workers = click.option(
+    "--workers",
+    type=COUNT,
+    default=lambda: len(os.sched_getaffinity(0)),
+    show_default="all cores",
+    help="Threads for one trial, processes for several. Changes no file.",
+)
+
+
+@click.command("evolve")
+@click.option("--robot", default="servobot-predator", show_default=True, help="Name or file.")
+@click.option("--opponent", default="servobot-prey", show_default=True, help="Name or file.")
+@click.option("--arena", default="colony", show_default=True, help="Name or file.")
+@click.option("--generations", type=COUNT, default=300, show_default=True)
+@click.option("--population", type=click.IntRange(min=2), default=256, show_default=True)
+@click.option("--seed", type=SEED, default=1, show_default=True, help="Of all but fixed starts.")
+@click.option("--trials", type=COUNT, default=1, show_default=True, help="Each in its folder.")
+@click.option("--first-trial", type=COUNT, default=1, show_default=True, help="Its number.")
+@_workers
+@click.option(
+    "--run",
+    "folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="New run folder.  [default: runs/ROBOT-seedN]",
+)
+@click.option(
+    "--mutation",
+    type=click.FloatRange(0, 1),
+    default=3e-5,
+    show_default=True,
+    help="Chance that a bit is inverted.",
+)
+@click.option("--elite", type=click.IntRange(min=0), default=0, show_default=True)
+@click.option("--starts", type=COUNT, default=10, show_default=True, help="Per generation.")
+@click.option("--steps", type=COUNT, default=200, show_default=True, help="Of an episode.")
+@click.option("--fixed-starts", type=COUNT, default=100, show_default=True)
+@click.option("--fixed-starts-seed", type=SEED, default=0, show_default=True)
+@click.option("--evaluate-every", type=COUNT, default=10, show_default=True, metavar="GENERATIONS")
+@click.option("--hold/--go-on", default=None, help="After a capture: stay, or go on hunting.")
+@click.option("--masking/--no-masking", default=None, help="Ignore sonars that face the target.")
+@click.option("--light", type=click.Choice(["dark", "ambient"]), help="How far the lamp is seen.")
+@click.option("--prey-policy", metavar="NAME", help="A policy of the opponent's file.")
+@click.option("--walls", type=click.Choice(["slide", "stop"]), help="What a wall does to a step.")
+@with_console
+def evolve_verb(console: Console, /, folder: Path | None, workers: int, **given: Any) -> None:
+    """Evolve a genome into a run folder.
+
+    The defaults are the paper's. Options of the world that are not given are those of the
+    robots' and the arena's files. Ctrl-C or a crash loses nothing: `cgagen resume` continues.
+
+    \b
+    The folder then holds
+      best.genome      the best individual on the fixed starts
+      2-fitness.csv    the population on the fixed starts: generation 1, 10, 20, ...
+      2-training.csv   every generation on its own random starts
+      trial-N/         all of this for each of several trials
+    """  # noqa: D301 - click wants the backspace itself
+    from cgagen import __version__
+    from cgagen.run import RunRecord, start, stop_on_signals
+
+    settings = _settings(given)
+    inputs = _inputs(given["robot"], given["opponent"], given["arena"])
+    record = RunRecord(settings, inputs, (("cgagen", __version__),))
+    _check_world(record)
+    if folder is None:
+        name = re.sub(r"[^\w.-]+", "-", inputs.robot)
+        folder = Path("runs") / f"{name}-seed{settings.seed}"
+    with stop_on_signals() as stopped, _watched(console, settings) as observe:
+        outcome = start(
+            folder,
+            record,
+            partial(_make_world, record),
+            workers=workers,
+            observe=observe,
+            stopped=stopped,
+        )
+    _print(console, outcome)
+
+
+@click.command("resume")
+@click.argument("run", type=click.Path(path_type=Path))
+@_workers
+@with_console
+def resume_verb(console: Console, run: Path, workers: int) -> None:
+    """Continue the run in the folder RUN after any interruption, bit for bit.
+
+    Settings, robots and arena are taken from the folder. A complete run stays as it is.
+    """
+    from cgagen.run import read_record, resume, stop_on_signals
+
+    settings = read_record(run).settings
+    with stop_on_signals() as stopped, _watched(console, settings) as observe:
+        outcome = resume(
+            run,
+            lambda record: partial(_make_world, record),
+            workers=workers,
+            observe=observe,
+            stopped=stopped,
+        )
+    if outcome.was_complete:
+        console.note(f"{run}: the run was complete; nothing was left to do")
+    _print(console, outcome)
+
+
+def _settings(given: dict[str, Any]) -> "RunSettings":
+    """Return the settings that the options say; a usage error where they do not fit together."""
+    from cgagen.evolve import Settings
+    from cgagen.run import RunSettings
+
+    hold = given["hold"]
+    world = {
+        "after_capture": None if hold is None else "hold" if hold else "go_on",
+        "masking": given["masking"],
+        "light": given["light"],
+        "prey_policy": given["prey_policy"],
+        "walls": given["walls"],
+    }
+    try:
+        return RunSettings(
+            evolution=Settings(
+                population=given["population"],
+                mutation_rate=given["mutation"],
+                elite=given["elite"],
+            ),
+            generations=given["generations"],
+            starts_per_generation=given["starts"],
+            steps=given["steps"],
+            fixed_starts=given["fixed_starts"],
+            fixed_starts_seed=given["fixed_starts_seed"],
+            evaluate_every=given["evaluate_every"],
+            seed=given["seed"],
+            first_trial=given["first_trial"],
+            trials=given["trials"],
+            world=tuple(sorted((key, value) for key, value in world.items() if value is not None)),
+        )
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+
+
+def _inputs(robot: str, opponent: str, arena: str) -> "Inputs":
+    """Return the texts of the input files."""
+    from cgagen.robot import load_arena, load_robot
+    from cgagen.run import Inputs
+    from cgagen.words import Role
+
+    predator = load_robot(robot, role=Role.PREDATOR)
+    return Inputs(
+        predator=predator.text,
+        prey=load_robot(opponent, role=Role.PREY).text,
+        arena=load_arena(arena).text,
+        robot=predator.name,
+        interface=predator.interface,
+        robot_digest=predator.digest,
+    )
+
+
+def _parts(record: "RunRecord") -> "tuple[Robot, Robot, Arena, Options]":
+    """Return what a world is made of, from the texts that the run folder keeps."""
+    from cgagen.robot.reader import parse_arena, parse_robot
+    from sim.numbers import Options
+
+    inputs = record.inputs
+    options: dict[str, Any] = dict(record.settings.world)
+    return (
+        parse_robot(inputs.predator, "1-predator.toml"),
+        parse_robot(inputs.prey, "1-prey.toml"),
+        parse_arena(inputs.arena, "1-arena.toml"),
+        Options(**options),
+    )
+
+
+def _check_world(record: "RunRecord") -> None:
+    """Refuse robots and options that do not fit together, before a folder is made."""
+    from sim.numbers import world_numbers
+
+    world_numbers(*_parts(record))
+
+
+def _make_world(record: "RunRecord", threads: int) -> "World":
+    """Return the world of a run. A plain function, so that worker processes can be given it."""
+    from sim.world_model import make_world
+
+    return make_world(*_parts(record), steps=record.settings.steps, threads=threads)
+
+
+def _watched(console: Console, settings: "RunSettings") -> Any:
+    """Return the context of an observer for this call."""
+    wanted = not (console.quiet or click.get_current_context().find_root().params["no_progress"])
+    return watch(console, settings.trials, wanted)
+
+
+def _print(console: Console, outcome: "Outcome") -> None:
+    """Print what the run came to and what to type next."""
+    best = outcome.best
+    data = {
+        "run": str(outcome.folder),
+        "best_genome": str(outcome.best_file),
+        "best": _best_data(best),
+        "trials": [
+            {
+                "trial": trial.trial,
+                "folder": str(trial.folder),
+                "best": _best_data(trial),
+                "fitness": [report._asdict() for report in trial.fixed],
+            }
+            for trial in outcome.trials
+        ],
+    }
+    trial_words = f"trial {best.trial}, " if len(outcome.trials) > 1 else ""
+    lines = [
+        *(_trials_table(outcome) if len(outcome.trials) > 1 else _generations_table(best)),
+        "",
+        f"best genome: {outcome.best_file} ({trial_words}generation {best.best.generation}, "
+        f"fitness {best.best.fitness:.1f}, {best.best.captured:.0%} captured)",
+        f"next:        cgagen build {outcome.best_file}",
+    ]
+    console.result(data, "\n".join(lines))
+
+
+def _best_data(trial: "TrialOutcome") -> dict[str, Any]:
+    """Return a trial's best individual for JSON."""
+    best = trial.best
+    return {
+        "trial": trial.trial,
+        "generation": best.generation,
+        "fitness": best.fitness,
+        "captured": best.captured,
+        "bits": "".join(map(str, best.bits.tolist())),
+    }
+
+
+def _generations_table(trial: "TrialOutcome") -> list[str]:
+    """Return a few generations of one trial, the first and the last among them."""
+    last = len(trial.fixed) - 1
+    count = min(ROWS_SHOWN, last + 1)
+    shown = sorted({last * index // max(count - 1, 1) for index in range(count)})
+    lines = ["generation     mean     best  captured   (population, fixed starts)"]
+    for report in (trial.fixed[index] for index in shown):
+        lines.append(
+            f"{report.generation:10d} {report.mean:8.1f} {report.best:8.1f} {report.captured:8.0%}"
+        )
+    return lines
+
+
+def _trials_table(outcome: "Outcome") -> list[str]:
+    """Return the last generation of every trial."""
+    lines = ["     trial     mean     best  captured   (last population, fixed starts)"]
+    for trial in outcome.trials:
+        last = trial.fixed[-1]
+        lines.append(f"{trial.trial:10d} {last.mean:8.1f} {last.best:8.1f} {last.captured:8.0%}")
+    return lines

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim.jit import kernel
 from sim.numbers import WorldNumbers
-from sim.world import captured, score_of, step
+from sim.world import Pair, Words, captured, score_of, step
 
 LANES = 64
 """Episodes side by side; 16 to 256 are equally fast. Measured."""
@@ -54,21 +54,21 @@ def play(
         for n in range(bonus.shape[0]):
             factor = bonus[n]
             for j in range(lanes):
-                px, py, pc, ps, qx, qy, qc, qs, distance = step(
-                    z[0, j], z[1, j], z[2, j], z[3, j], z[4, j], z[5, j], z[6, j], z[7, j],
-                    z[8, j], g[0, j], g[1, j], g[2, j], numbers,
+                pair = Pair(
+                    z[0, j], z[1, j], z[2, j], z[3, j], z[4, j], z[5, j], z[6, j], z[7, j], z[8, j]
                 )  # fmt: skip
-                z[0, j] = px
-                z[1, j] = py
-                z[2, j] = pc
-                z[3, j] = ps
-                z[4, j] = qx
-                z[5, j] = qy
-                z[6, j] = qc
-                z[7, j] = qs
-                z[8, j] = distance
-                z[9, j] += score_of(distance, numbers.scoring) * factor
-                at[j] = n + 1 if (at[j] == 0) & captured(distance, numbers.scoring) else at[j]
+                pair = step(pair, Words(g[0, j], g[1, j], g[2, j]), numbers)
+                z[0, j] = pair.px
+                z[1, j] = pair.py
+                z[2, j] = pair.pc
+                z[3, j] = pair.ps
+                z[4, j] = pair.qx
+                z[5, j] = pair.qy
+                z[6, j] = pair.qc
+                z[7, j] = pair.qs
+                z[8, j] = pair.distance
+                z[9, j] += score_of(pair.distance, numbers.scoring) * factor
+                at[j] = n + 1 if (at[j] == 0) & captured(pair.distance, numbers.scoring) else at[j]
         for j in range(lanes):
             scores[block + j] = z[9, j]
             caught[block + j] = at[j]

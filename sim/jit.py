@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import llvmlite.binding
 import numba
 
 from cgagen import counts
@@ -43,8 +44,22 @@ def cache_folder() -> Path:
     return Path(base) / "cgagen" / f"kernel-{digest(sources)[:16]}"
 
 
-if "NUMBA_CACHE_DIR" not in os.environ:
-    numba.config.CACHE_DIR = str(cache_folder())
+def _prepare() -> None:
+    """Choose the cache and the vector width, unless the user has.
+
+    LLVM holds Intel's AVX-512 processors to half of their width; the step is a third faster at
+    full width (measured: 19 against 25 M steps/s on a Cascade Lake). The bits are the same.
+    """
+    settings = cast(Any, numba.config)
+    if "NUMBA_CACHE_DIR" not in os.environ:
+        settings.CACHE_DIR = str(cache_folder())
+    features = llvmlite.binding.get_host_cpu_features()
+    if "NUMBA_CPU_FEATURES" not in os.environ and features.get("avx512f"):
+        settings.CPU_NAME = settings.CPU_NAME or llvmlite.binding.get_host_cpu_name()
+        settings.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
+
+
+_prepare()
 
 
 def device(function: F) -> F:

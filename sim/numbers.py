@@ -5,6 +5,7 @@ no number of its own. Distances are in arena units, directions are unit vectors 
 the robot that looks (x ahead, y to the left), counts are the chip's.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -245,12 +246,19 @@ def _prey(robot: Robot, predator: Robot, arena: Arena) -> PreyNumbers:
     if robot.reflex is None:
         raise RobotError(f"{robot.name}: role: a {robot.role} where the prey is wanted")
     scale = arena.units_per_in
-    sonars = [_sonar(robot, sonar, scale) for sonar in robot.sonars]
+    front_left, front_right, left, right, rear_left, rear_right = (
+        _sonar(robot, sonar, scale) for sonar in robot.sonars
+    )
     touch_left, touch_right = (_antenna(antenna, scale) for antenna in robot.antennas)
     reflex = robot.reflex
     a, b, c, d, e, f = (_command(answer) for answer in reflex.policy.answers)
     sensors = PreySensors(
-        *sonars,
+        front_left=front_left,
+        front_right=front_right,
+        left=left,
+        right=right,
+        rear_left=rear_left,
+        rear_right=rear_right,
         touch_left=touch_left,
         touch_right=touch_right,
         counts_per_unit=robot.echo_counts_per_in / scale,
@@ -314,6 +322,6 @@ def _steps(robot: Robot) -> StepTable:
     )
 
 
-def _eight(values: "object") -> Eight:
-    a, b, c, d, e, f, g, h = values  # type: ignore[misc, has-type]
-    return (a, b, c, d, e, f, g, h)  # type: ignore[has-type]
+def _eight(values: Iterable[float]) -> Eight:
+    a, b, c, d, e, f, g, h = values
+    return (a, b, c, d, e, f, g, h)

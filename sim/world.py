@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from cgagen.robot import SituationCounts
-from sim.decide import gene, lit, obstacle_situation, prey_command, target_situation
+from sim.decide import gene, heard, lit, obstacle_situation, prey_command, target_situation
 from sim.jit import device
 from sim.numbers import (
     Eight,
@@ -78,8 +78,8 @@ def read_prey(seen: Seen, numbers: PreySensors) -> PreyReading:
 
 
 @device
-def state_of_reading(reading: Reading, masking: bool, limits: SituationCounts) -> int:
-    """Return the state, 0 to 63, that a reading puts the predator in."""
+def state_of_heard(reading: Reading, masking: bool, limits: SituationCounts) -> int:
+    """Return the state, 0 to 63, of a reading in which every sonar heard an echo."""
     obstacle = obstacle_situation(
         reading.front,
         reading.right,
@@ -95,8 +95,16 @@ def state_of_reading(reading: Reading, masking: bool, limits: SituationCounts) -
 
 
 @device
-def answer_of_reading(reading: PreyReading, reflex: ReflexNumbers) -> int:
-    """Return the prey's command for a reading."""
+def state_of_reading(reading: Reading, masking: bool, limits: SituationCounts) -> int:
+    """Return the state, 0 to 63, of any reading; a sonar count of 0 is no echo."""
+    front, right, left = heard(reading.front), heard(reading.right), heard(reading.left)
+    others = reading.touch_left, reading.touch_right, reading.light_left, reading.light_right
+    return state_of_heard(Reading(front, right, left, *others), masking, limits)
+
+
+@device
+def answer_of_heard(reading: PreyReading, reflex: ReflexNumbers) -> int:
+    """Return the prey's command for a reading in which every sonar heard an echo."""
     return prey_command(
         reading.front_left,
         reading.front_right,
@@ -106,6 +114,24 @@ def answer_of_reading(reading: PreyReading, reflex: ReflexNumbers) -> int:
         reading.rear_right,
         reading.touch_left,
         reading.touch_right,
+        reflex,
+    )
+
+
+@device
+def answer_of_reading(reading: PreyReading, reflex: ReflexNumbers) -> int:
+    """Return the prey's command for any reading; a sonar count of 0 is no echo."""
+    return answer_of_heard(
+        PreyReading(
+            heard(reading.front_left),
+            heard(reading.front_right),
+            heard(reading.left),
+            heard(reading.right),
+            heard(reading.rear_left),
+            heard(reading.rear_right),
+            reading.touch_left,
+            reading.touch_right,
+        ),
         reflex,
     )
 
@@ -193,55 +219,68 @@ def score_of(distance: float, scoring: Scoring) -> float:
     return 2.0 * score if score > scoring.capture_score else score
 
 
+class Pair(NamedTuple):
+    """Both robots at one instant: p is the predator, q the prey; and how far they are apart."""
+
+    px: float
+    py: float
+    pc: float
+    ps: float
+    qx: float
+    qy: float
+    qc: float
+    qs: float
+    distance: float
+
+
+class Words(NamedTuple):
+    """A genome: word b holds bit b of all 64 commands (see `gene`)."""
+
+    bit_0: int
+    bit_1: int
+    bit_2: int
+
+
+class Look(NamedTuple):
+    """What both robots sense and decide at one instant."""
+
+    reading: Reading
+    state: int
+    command: Bits
+    prey_reading: PreyReading
+    answer: int
+
+
 @device
-def step(
-    px: float,
-    py: float,
-    pc: float,
-    ps: float,
-    qx: float,
-    qy: float,
-    qc: float,
-    qs: float,
-    distance: float,
-    word_0: int,
-    word_1: int,
-    word_2: int,
-    numbers: WorldNumbers,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """Play one gait cycle of both robots.
+def look(at: Pair, genome: Words, numbers: WorldNumbers) -> Look:
+    """Let both robots sense and decide; the genome is the predator's."""
+    predator, prey, side = numbers.predator, numbers.prey, numbers.side
+    nearness = 1.0 / at.distance
+    p = see(at.px, at.py, at.pc, at.ps, at.qx, at.qy, at.distance, nearness, prey.radius, side)
+    q = see(at.qx, at.qy, at.qc, at.qs, at.px, at.py, at.distance, nearness, predator.radius, side)
+    reading = read_predator(p, predator.sensors)
+    state = state_of_heard(reading, predator.masking, predator.limits)
+    command = Bits(gene(state, genome.bit_0), gene(state, genome.bit_1), gene(state, genome.bit_2))
+    prey_reading = read_prey(q, prey.sensors)
+    return Look(reading, state, command, prey_reading, answer_of_heard(prey_reading, prey.reflex))
 
-    Args:
-        px, py, pc, ps: the predator.
-        qx, qy, qc, qs: the prey.
-        distance: between their centres.
-        word_0, word_1, word_2: the predator's genome (see `gene`).
-        numbers: of this world.
 
-    Returns:
-        The same nine numbers after the step.
-    """
+@device
+def step(at: Pair, genome: Words, numbers: WorldNumbers) -> Pair:
+    """Play one gait cycle of both robots: look, then move, unless the capture holds them."""
     predator, prey = numbers.predator, numbers.prey
-    per_distance = 1.0 / distance
-    p = see(px, py, pc, ps, qx, qy, distance, per_distance, prey.radius, numbers.side)
-    q = see(qx, qy, qc, qs, px, py, distance, per_distance, predator.radius, numbers.side)
-    state = state_of_reading(read_predator(p, predator.sensors), predator.masking, predator.limits)
-    command = Bits(gene(state, word_0), gene(state, word_1), gene(state, word_2))
-    answer = bits_of(answer_of_reading(read_prey(q, prey.sensors), prey.reflex))
-    stay = numbers.hold & captured(distance, numbers.scoring)
-    stop = numbers.stop_at_walls
-    px2, py2, pc2, ps2 = move(
-        px, py, pc, ps, command, predator.steps, predator.radius, numbers.side, stop
+    seen = look(at, genome, numbers)
+    stay = numbers.hold & captured(at.distance, numbers.scoring)
+    side, stop = numbers.side, numbers.stop_at_walls
+    px, py, pc, ps = move(
+        at.px, at.py, at.pc, at.ps, seen.command, predator.steps, predator.radius, side, stop
     )
-    qx2, qy2, qc2, qs2 = move(qx, qy, qc, qs, answer, prey.steps, prey.radius, numbers.side, stop)
-    px2 = px if stay else px2
-    py2 = py if stay else py2
-    pc2 = pc if stay else pc2
-    ps2 = ps if stay else ps2
-    qx2 = qx if stay else qx2
-    qy2 = qy if stay else qy2
-    qc2 = qc if stay else qc2
-    qs2 = qs if stay else qs2
-    dx = qx2 - px2
-    dy = qy2 - py2
-    return px2, py2, pc2, ps2, qx2, qy2, qc2, qs2, math.sqrt(dx * dx + dy * dy)
+    qx, qy, qc, qs = move(
+        at.qx, at.qy, at.qc, at.qs, bits_of(seen.answer), prey.steps, prey.radius, side, stop
+    )
+    px, py = at.px if stay else px, at.py if stay else py
+    pc, ps = at.pc if stay else pc, at.ps if stay else ps
+    qx, qy = at.qx if stay else qx, at.qy if stay else qy
+    qc, qs = at.qc if stay else qc, at.qs if stay else qs
+    dx, dy = qx - px, qy - py
+    return Pair(px, py, pc, ps, qx, qy, qc, qs, math.sqrt(dx * dx + dy * dy))

@@ -1,0 +1,141 @@
+"""The world as evolution sees it: individuals and starts in, scores out."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgagen.robot import Arena, Robot
+from cgagen.words import BITS_PER_GENE, GENES
+from sim.batch import LANES, play
+from sim.numbers import Options, world_numbers
+from sim.starts import draw_starts
+
+STEPS = 200
+"""Gait cycles of an episode. Ref: S1 III.A."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """How well individuals did.
+
+    Attributes:
+        fitness: mean step score over all starts, arena units, shape (individuals,).
+        captured: share of the starts that ended in a capture, shape (individuals,).
+    """
+
+    fitness: NDArray[np.float64]
+    captured: NDArray[np.float64]
+
+
+def words_of(bits: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Return genomes as the three words that the kernel reads.
+
+    Args:
+        bits: 0 or 1, gene 0 first, the most significant bit of a gene first, shape (n, 192).
+
+    Returns:
+        Word b holds bit b of all 64 commands, shape (3, n).
+
+    >>> one = np.zeros((1, 192), np.uint8); one[0, 3:6] = (1, 0, 1)   # gene 1 is 101
+    >>> words_of(one)[:, 0].tolist()
+    [2, 0, 2]
+    """
+    genes = bits.reshape(-1, GENES, BITS_PER_GENE)[:, :, ::-1]
+    packed = np.packbits(np.ascontiguousarray(genes.transpose(2, 0, 1)), axis=2, bitorder="little")
+    return np.ascontiguousarray(packed).view("<i8")[:, :, 0].astype(np.int64)
+
+
+def bonus_of(steps: int) -> NDArray[np.float64]:
+    """Return the factor of each step's score, 1 + 1/n^2. Ref: S1 III.A, equation 2.
+
+    >>> bonus_of(3).tolist()
+    [2.0, 1.25, 1.1111111111111112]
+    """
+    n = np.arange(1.0, steps + 1.0)
+    return 1.0 + 1.0 / (n * n)
+
+
+def with_distance(starts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return starts as columns with the distance between the robots, shape (9, starts)."""
+    dx, dy = starts[:, 4] - starts[:, 0], starts[:, 5] - starts[:, 1]
+    return np.ascontiguousarray(np.column_stack((starts, np.sqrt(dx * dx + dy * dy))).T)
+
+
+class World:
+    """Two robots in an arena. The same arguments give the same scores, bit for bit.
+
+    Args:
+        predator: whose genomes are tried.
+        prey: the robot that it hunts.
+        arena: where.
+        options: what the paper leaves open.
+        steps: gait cycles of an episode.
+        threads: how many share the episodes; the results do not depend on it.
+    """
+
+    def __init__(
+        self,
+        predator: Robot,
+        prey: Robot,
+        arena: Arena,
+        options: Options | None = None,
+        steps: int = STEPS,
+        threads: int = 1,
+    ) -> None:
+        self.numbers = world_numbers(predator, prey, arena, options)
+        self.steps = steps
+        self._gap_units = arena.start_gap_units
+        self._threads = threads
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+
+    def draw_starts(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """Return random starts, shape (count, 8); columns as in `sim.starts`."""
+        radii = self.numbers.predator.radius, self.numbers.prey.radius
+        return draw_starts(rng, count, self.numbers.side, radii, self._gap_units)
+
+    def evaluate(self, bits: NDArray[np.uint8], starts: NDArray[np.float64]) -> Scores:
+        """Play every individual from every start.
+
+        Args:
+            bits: shape (n, 192); see `words_of`.
+            starts: shape (S, 8).
+        """
+        individuals, count = len(bits), len(starts)
+        scores, caught = self.play(words_of(bits), starts)
+        # A running sum adds in one order everywhere; NumPy's own sum may not.
+        total = np.cumsum(scores.reshape(individuals, count), axis=1)[:, -1]
+        captures = (caught.reshape(individuals, count) > 0).sum(axis=1)
+        return Scores(total / (count * self.steps), captures / count)
+
+    def play(
+        self, words: NDArray[np.int64], starts: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Play episodes; return the sums of their step scores and the steps of their captures.
+
+        Both have the shape (n * S,), genome by genome; the step of a capture is 0 for none.
+        """
+        episodes = words.shape[1] * len(starts)
+        scores, caught = np.empty(episodes), np.empty(episodes, np.int64)
+        columns, bonus = with_distance(starts), bonus_of(self.steps)
+
+        def part(first: int, last: int) -> None:
+            play(words, columns, bonus, self.numbers, first, last, scores, caught)
+
+        if self._pool is None:
+            part(0, episodes)
+        else:
+            share = -(-episodes // (self._threads * LANES)) * LANES
+            jobs = [
+                self._pool.submit(part, first, min(first + share, episodes))
+                for first in range(0, episodes, share)
+            ]
+            for job in jobs:
+                job.result()
+        return scores, caught
+
+    def close(self) -> None:
+        """Give back the threads; the world is not used again."""
+        if self._pool is not None:
+            self._pool.shutdown()

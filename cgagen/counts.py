@@ -34,14 +34,14 @@ class LightCurve(NamedTuple):
         nearest: the curve is flat below this distance, in the scale's unit,
         farthest: and beyond this one.
         start: where each piece but the first begins.
-        count: what each piece would count at distance 0.
+        at_zero: what each piece would count at distance 0.
         slope: counts per distance of each piece.
     """
 
     nearest: float
     farthest: float
     start: tuple[float, float, float, float, float, float, float]
-    count: tuple[float, float, float, float, float, float, float, float]
+    at_zero: tuple[float, float, float, float, float, float, float, float]
     slope: tuple[float, float, float, float, float, float, float, float]
 
 
@@ -68,27 +68,27 @@ def light_count(distance: float, curve: LightCurve) -> int:
     [14, 14, 92, 170, 170]
     """
     distance = min(max(distance, curve.nearest), curve.farthest)
-    count, slope = curve.count[0], curve.slope[0]
+    count, slope = curve.at_zero[0], curve.slope[0]
     count, slope = (
-        (curve.count[1], curve.slope[1]) if distance >= curve.start[0] else (count, slope)
+        (curve.at_zero[1], curve.slope[1]) if distance >= curve.start[0] else (count, slope)
     )
     count, slope = (
-        (curve.count[2], curve.slope[2]) if distance >= curve.start[1] else (count, slope)
+        (curve.at_zero[2], curve.slope[2]) if distance >= curve.start[1] else (count, slope)
     )
     count, slope = (
-        (curve.count[3], curve.slope[3]) if distance >= curve.start[2] else (count, slope)
+        (curve.at_zero[3], curve.slope[3]) if distance >= curve.start[2] else (count, slope)
     )
     count, slope = (
-        (curve.count[4], curve.slope[4]) if distance >= curve.start[3] else (count, slope)
+        (curve.at_zero[4], curve.slope[4]) if distance >= curve.start[3] else (count, slope)
     )
     count, slope = (
-        (curve.count[5], curve.slope[5]) if distance >= curve.start[4] else (count, slope)
+        (curve.at_zero[5], curve.slope[5]) if distance >= curve.start[4] else (count, slope)
     )
     count, slope = (
-        (curve.count[6], curve.slope[6]) if distance >= curve.start[5] else (count, slope)
+        (curve.at_zero[6], curve.slope[6]) if distance >= curve.start[5] else (count, slope)
     )
     count, slope = (
-        (curve.count[7], curve.slope[7]) if distance >= curve.start[6] else (count, slope)
+        (curve.at_zero[7], curve.slope[7]) if distance >= curve.start[6] else (count, slope)
     )
     return int(count + slope * distance + GUARD_COUNTS)
 

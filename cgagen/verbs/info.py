@@ -1,0 +1,185 @@
+"""`cgagen info`: what a file of ours is, in words."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.world_options import load_hunter, world_options
+
+if TYPE_CHECKING:
+    from cgagen.genome import Genome
+
+SHORT = {
+    "FORWARD": "F",
+    "BACKWARD": "B",
+    "RIGHT_FORWARD": "RF",
+    "LEFT_FORWARD": "LF",
+    "ROTATE_RIGHT": "RR",
+    "ROTATE_LEFT": "RL",
+    "BACKUP_RIGHT": "BR",
+    "BACKUP_LEFT": "BL",
+}
+"""Movements in two letters, so that 8 x 8 of them fit on a terminal."""
+
+
+@click.command("info")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--robot", help="For a genome: another robot than its own, name or file.")
+@world_options
+@with_console
+def info_verb(console: Console, /, file: Path, **given: Any) -> None:
+    """Describe FILE: a genome, a run folder, a robot or arena file, or a build folder.
+
+    A genome is shown as its table of movements, with how often the 100 fixed starts of every
+    run visit each state. States that are never visited are named: evolution could not see what
+    their genes do.
+    """
+    if (file / "build.json").is_file():
+        _build(console, file)
+    elif file.is_dir():
+        _run(console, file)
+    elif file.suffix == ".toml":
+        _robot(console, file)
+    else:
+        _genome(console, file, given)
+
+
+def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:
+    from cgagen.run import RunSettings
+    from cgagen.run.streams import Purpose, stream
+    from sim.episode import visits_of
+    from sim.model import World, words_of
+
+    genome, predator, prey, arena, options = load_hunter(file, given["robot"], given, console.note)
+    settings = RunSettings()
+    world = World(predator, prey, arena, options, steps=settings.steps)
+    generator = stream(settings.fixed_starts_seed, 0, 0, Purpose.FIXED_STARTS)
+    starts = world.draw_starts(generator, settings.fixed_starts)
+    words = words_of(genome.array()[None, :])
+    _, caught = world.play(words, starts)
+    visits = visits_of(words[:, 0].copy(), starts, settings.steps, world.numbers).tolist()
+    captured = int((caught > 0).sum())
+    data = {
+        "kind": "genome",
+        "robot": genome.robot,
+        "digest": genome.digest,
+        "commands": genome.commands(),
+        "visits": visits,
+        "visited": sum(count > 0 for count in visits),
+        "captured": captured,
+        "starts": len(starts),
+    }
+    console.result(data, "\n".join(_genome_lines(file, genome, visits, captured, len(starts))))
+
+
+def _genome_lines(
+    file: Path, genome: "Genome", visits: list[int], captured: int, starts: int
+) -> list[str]:
+    from cgagen.words import COMMANDS, Role, Situation, situation_name
+
+    origin = genome.origin
+    facts = [f"{file.name}: a genome for {genome.robot}, digest {genome.digest[:8]}"]
+    if origin.generation is not None and origin.fitness is not None:
+        facts.append(
+            f"seed {origin.seed}, trial {origin.trial}, generation {origin.generation}, "
+            f"fitness {origin.fitness:.1f}"
+        )
+    commands, total = genome.commands(), max(sum(visits), 1)
+    lines = [
+        *facts,
+        "",
+        " " * 13 + "".join(f"{situation_name(t, 'target'):>13}" for t in Situation),
+    ]
+    for obstacle in Situation:
+        row = f"{situation_name(obstacle, 'object'):13}"
+        for target in Situation:
+            state = 8 * obstacle + target
+            short = SHORT[COMMANDS[Role.PREDATOR][commands[state]]]
+            share = f"{visits[state] / total:7.2%}" if visits[state] else "      -"
+            row += f"{short:>5} {share}"
+        lines.append(row)
+    never = [state for state in range(len(visits)) if not visits[state]]
+    lines += [
+        "",
+        "   ".join(f"{short} {name}" for name, short in SHORT.items()),
+        "The share is how often a state was met, up to the capture; - is never.",
+        "",
+        f"{captured} of {starts} fixed starts end in a capture.",
+        f"{len(visits) - len(never)} of {len(visits)} states are visited from the fixed starts; "
+        f"{len(never)} never are, and what their genes say was never tried:",
+    ]
+    for obstacle in Situation:
+        missed = [
+            situation_name(Situation(state % 8), "target")
+            for state in never
+            if state // 8 == obstacle
+        ]
+        if missed:
+            lines.append(f"  {situation_name(obstacle, 'object'):13} with {', '.join(missed)}")
+    return lines
+
+
+def _run(console: Console, folder: Path) -> None:
+    from cgagen.run import read_record
+
+    settings = read_record(folder).settings
+    lines = [
+        f"{folder.name}: a run, seed {settings.seed}, {settings.trials} trial(s) of "
+        f"{settings.generations} generations, population {settings.evolution.population}"
+    ]
+    best = folder / "best.genome"
+    lines.append(f"best genome: {best}" if best.is_file() else "no best genome yet")
+    data = {
+        "kind": "run",
+        "seed": settings.seed,
+        "trials": settings.trials,
+        "generations": settings.generations,
+        "population": settings.evolution.population,
+        "has_best": best.is_file(),
+    }
+    console.result(data, "\n".join(lines))
+
+
+def _robot(console: Console, file: Path) -> None:
+    from cgagen.robot import load_arena, load_robot
+
+    try:
+        is_arena = 'format = "cgagen-arena-1"' in file.read_text("utf-8")
+    except (OSError, UnicodeDecodeError):
+        is_arena = False
+    if is_arena:
+        arena = load_arena(str(file))
+        data = {"kind": "arena", "name": arena.name, "digest": arena.digest}
+        text = (
+            f"{file.name}: the arena {arena.name}, {arena.side_units:g} x {arena.side_units:g} "
+            f"units of {1 / arena.units_per_in:g} in, digest {arena.digest[:8]}"
+        )
+    else:
+        robot = load_robot(str(file))
+        data = {
+            "kind": "robot",
+            "name": robot.name,
+            "role": robot.role,
+            "interface": robot.interface,
+            "digest": robot.digest,
+        }
+        text = (
+            f"{file.name}: the {robot.role} {robot.name}, {robot.main.model} and "
+            f"{robot.locomotion.model}, digest {robot.digest[:8]}\n"
+            + robot.interface.replace("; ", "\n")
+        )
+    console.result(data, text)
+
+
+def _build(console: Console, folder: Path) -> None:
+    from cgagen.errors import FolderError
+
+    try:
+        data = json.loads((folder / "build.json").read_text("utf-8"))
+        memory = (folder / "memory.txt").read_text("utf-8")
+    except (OSError, ValueError) as error:
+        raise FolderError(f"{folder}: not a whole build ({error}); build it again") from error
+    console.result({"kind": "build", **data}, f"{folder.name}: a build\n\n{memory.rstrip()}")

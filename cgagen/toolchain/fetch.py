@@ -39,6 +39,7 @@ _NETWORK_CODES = re.compile(
     r"\b(E(?:NOTFOUND|CONN\w+|TIMEDOUT|SOCKETTIMEDOUT|AI_AGAIN|NETUNREACH|HOSTUNREACH|PIPE"
     r"|[45]\d\d|NEEDAUTH|NOTCACHED)|ERR_SOCKET_TIMEOUT|\w*CERT\w*|ERR_SSL\w*|ERR_TLS\w*)\b"
 )
+_SPOILED_CODES = ("EINTEGRITY", "TAR_BAD_ARCHIVE", "Z_DATA_ERROR", "Z_BUF_ERROR")
 _LARGEST = 8 << 20
 """Bytes of the largest file that is read from a tarball; the tokenizer has 1 MB."""
 
@@ -132,7 +133,7 @@ def _run_npm(npm: list[str], work: Path) -> None:
 
 
 def _npm_error(output: str) -> NetworkError | ToolchainError:
-    if "EINTEGRITY" in output:
+    if any(code in output for code in _SPOILED_CODES):
         return ToolchainError(
             f"the registry delivered a {PACKAGE} {VERSION} with a wrong hash, which was not kept; "
             f"give the right one with `cgagen setup --offline FILE`"
@@ -144,6 +145,7 @@ def _npm_error(output: str) -> NetworkError | ToolchainError:
             f"the file of `npm pack {PACKAGE}@{VERSION}` with `cgagen setup --offline FILE`"
         )
     lines = [line.strip() for line in output.splitlines() if line.strip()]
+    lines = [line for line in lines if not line.startswith("npm warn")]
     words = lines[0] if lines else "it said nothing"
     return ToolchainError(
         f"npm did not install the tokenizer ({words}); mend that, or use "

@@ -222,29 +222,29 @@ class _Clock:
 
     def __init__(self, job: Job, completed: int) -> None:
         self._settings = job.record.settings
-        self._from = completed
         self._began = time.monotonic()
+        self._done = 0
+        last = self._settings.generations
+        self._left = sum(self._starts(number) for number in range(completed + 1, last + 1))
 
-    def _episodes(self, first: int, last: int) -> int:
-        """Return the starts that generations after `first` up to `last` are run from."""
-        numbers = range(first + 1, last + 1)
-        evaluated = sum(self._settings.is_evaluated(number) for number in numbers)
-        return (
-            len(numbers) * self._settings.starts_per_generation
-            + evaluated * self._settings.fixed_starts
-        )
+    def _starts(self, generation: int) -> int:
+        """Return how many starts a generation runs from."""
+        settings = self._settings
+        fixed = settings.fixed_starts if settings.is_evaluated(generation) else 0
+        return settings.starts_per_generation + fixed
 
     def progress(self, state: Checkpoint) -> Progress:
-        """Return what an observer is told."""
-        settings = self._settings
-        done = self._episodes(self._from, state.completed)
-        left = self._episodes(state.completed, settings.generations)
+        """Return what an observer is told; to be called once after each generation."""
+        settings, starts = self._settings, self._starts(state.completed)
+        self._done += starts
+        self._left -= starts
         elapsed_s = max(time.monotonic() - self._began, 1e-9)
+        steps = self._done * settings.evolution.population * settings.steps
         return Progress(
             trial=state.trial,
             generation=state.completed,
             generations=settings.generations,
             mean=state.training[-1].mean,
-            steps_per_second=done * settings.evolution.population * settings.steps / elapsed_s,
-            seconds_left=elapsed_s * left / done,
+            steps_per_second=steps / elapsed_s,
+            seconds_left=elapsed_s * self._left / self._done,
         )

@@ -202,9 +202,9 @@ def _check_world(record: "RunRecord") -> None:
 
 def _make_world(record: "RunRecord", threads: int) -> "World":
     """Return the world of a run. A plain function, so that worker processes can be given it."""
-    from sim.world_model import make_world
+    from sim.model import World
 
-    return make_world(*_parts(record), steps=record.settings.steps, threads=threads)
+    return World(*_parts(record), steps=record.settings.steps, threads=threads)
 
 
 def _watched(console: Console, settings: "RunSettings") -> Any:

@@ -70,6 +70,7 @@ def data_of(compiled: Compiled) -> tuple[DataBlock, ...] | None:
             if kind != "DATA":
                 _define(symbols, name, rest)
                 continue
+            symbols.setdefault(name.upper(), pointer)  # a DATA line may name itself
             pieces, pointer = _items(rest, pointer, symbols)
             first = pieces[0][0] if pieces else pointer
             if name or not found:

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cgagen.words import COMMANDS, Movement, Role, Situation, situations_of
+from sim.batch import bonus
 from sim.jit import device, kernel
-from sim.model import bonus_of, with_distance
+from sim.model import with_distance
 from sim.numbers import WorldNumbers
 from sim.world import Look, Pair, PreyReading, Reading, Words, captured, look, score_of, step
 
@@ -119,16 +120,13 @@ def play_episode(
 ) -> list[Step]:
     """Return one episode step by step; arguments as of `play_recorded`."""
     poses, looks = play_recorded(genome, start, steps, numbers)
-    bonus = bonus_of(steps)
     return [
-        _step_of(number, pose.tolist(), row.tolist(), float(bonus[number - 1]), numbers)
+        _step_of(number, pose.tolist(), row.tolist(), numbers)
         for number, (pose, row) in enumerate(zip(poses, looks, strict=True), start=1)
     ]
 
 
-def _step_of(
-    number: int, pose: list[float], row: list[int], bonus: float, numbers: WorldNumbers
-) -> Step:
+def _step_of(number: int, pose: list[float], row: list[int], numbers: WorldNumbers) -> Step:
     reading = Reading(row[0], row[1], row[2], bool(row[3]), bool(row[4]), row[5], row[6])
     prey_reading = PreyReading(
         row[9], row[10], row[11], row[12], row[13], row[14], bool(row[15]), bool(row[16])
@@ -149,7 +147,7 @@ def _step_of(
         predator=(pose[0], pose[1], heading_deg(pose[2], pose[3])),
         prey=(pose[4], pose[5], heading_deg(pose[6], pose[7])),
         distance_units=distance,
-        score=score_of(distance, numbers.scoring) * bonus,
+        score=score_of(distance, numbers.scoring) * bonus(float(number)),
         captured=bool(captured(distance, numbers.scoring)),
     )
 

@@ -47,16 +47,6 @@ def words_of(bits: NDArray[np.uint8]) -> NDArray[np.int64]:
     return np.ascontiguousarray(packed).view("<i8")[:, :, 0].astype(np.int64)
 
 
-def bonus_of(steps: int) -> NDArray[np.float64]:
-    """Return the factor of each step's score, 1 + 1/n^2. Ref: S1 III.A, equation 2.
-
-    >>> bonus_of(3).tolist()
-    [2.0, 1.25, 1.1111111111111112]
-    """
-    n = np.arange(1.0, steps + 1.0)
-    return 1.0 + 1.0 / (n * n)
-
-
 def with_distance(starts: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return starts as columns with the distance between the robots, shape (9, starts)."""
     dx, dy = starts[:, 4] - starts[:, 0], starts[:, 5] - starts[:, 1]
@@ -118,10 +108,10 @@ class World:
         """
         episodes = words.shape[1] * len(starts)
         scores, caught = np.empty(episodes), np.empty(episodes, np.int64)
-        columns, bonus = with_distance(starts), bonus_of(self.steps)
+        columns = with_distance(starts)
 
         def part(first: int, last: int) -> None:
-            play(words, columns, bonus, self.numbers, first, last, scores, caught)
+            play(words, columns, self.steps, self.numbers, first, last, scores, caught)
 
         if self._pool is None:
             part(0, episodes)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.batch import bonus
 from sim.jit import kernel
 from sim.numbers import WorldNumbers
 from sim.world import Pair, Words, score_of, step
@@ -12,11 +13,11 @@ from sim.world import Pair, Words, score_of, step
 def play_scalar(
     genomes: NDArray[np.int64],
     starts: NDArray[np.float64],
-    bonus: NDArray[np.float64],
+    steps: int,
     numbers: WorldNumbers,
     scores: NDArray[np.float64],
 ) -> None:
-    """Play all episodes as `sim.batch.play` does, without lanes; the same sums come out."""
+    """Play all episodes to their last step, as `sim.batch.play` does in lanes."""
     count = starts.shape[1]
     for k in range(scores.shape[0]):
         j = k % count
@@ -26,7 +27,7 @@ def play_scalar(
             starts[6, j], starts[7, j], starts[8, j],
         )  # fmt: skip
         total = 0.0
-        for n in range(bonus.shape[0]):
+        for n in range(1, steps + 1):
             pair = step(pair, words, numbers)
-            total += score_of(pair.distance, numbers.scoring) * bonus[n]
+            total += score_of(pair.distance, numbers.scoring) * bonus(float(n))
         scores[k] = total

@@ -139,8 +139,9 @@ def _resumable(folder: Path) -> Iterator[None]:
     try:
         yield
     except StorageError as error:
+        what = str(error).rpartition("; ")[0]  # without its advice: this folder is the right one
         raise StoppedError(
-            f"{error}; what is on the disk is whole: then continue with `cgagen resume {folder}`"
+            f"{what}; free some space, then continue with `cgagen resume {folder}`"
         ) from error
 
 

@@ -1,0 +1,129 @@
+"""How long the locomotion controller takes, and what that forbids.
+
+No maker's table of instruction times exists. The model: an instruction of the BS2 takes 22 us
+and 8 us for every bit of its token, other chips in proportion to their published instruction
+rates. Ref: S7 for HIGH and GOTO, to which the two numbers are fitted; tolerance +-20 %.
+"""
+
+from dataclasses import dataclass
+
+from cgagen.bench_protocol import BAUD, FRAME_LIMIT_MS, GO_MS, LOCOMOTION_SLICE_MS, REQUEST_BYTES
+from cgagen.errors import RobotError
+from cgagen.firmware.gait_tables import GaitTables, gait_tables
+from cgagen.robot.gait import frames_of
+from cgagen.robot.values import Robot
+
+SPEED = {"BS2": 1.0, "BS2e": 1.0, "BS2pe": 1.5, "BS2sx": 2.5, "BS2p": 3.0}
+"""Instructions per time, relative to a BS2. Ref: S2 p. 5: 4000, 4000, 6000, 10000, 12000 /s."""
+
+FRAME_CODE_MS = 5.0
+"""Twelve PULSOUTs of a byte times a constant, without the pulses themselves.
+
+Like the three below: measured, by the model from the token bits of the generated program, along
+the longest way from the last pulse of one frame to the first of the next. A test watches it.
+"""
+
+LISTEN_CODE_MS = 1.9
+"""A prompt and a SERIN."""
+
+DUMP_CODE_MS = 10.3
+"""Four bytes of a dump, read and sent."""
+
+POSE_CODE_MS = 14.8
+"""The tables of a movement's first pose."""
+
+CHARACTER_MS = 10 * 1000 / BAUD
+"""Start bit, eight data bits, stop bit."""
+
+GO_MARGIN = 1.5
+"""A movement must be on when the main controller looks, GO_MS after GO. Choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTimes:
+    """The longest times between two pulses of a servo, in ms, by what the chip does meanwhile."""
+
+    listening_ms: float
+    dumping_ms: float
+    changing_pose_ms: float
+
+    @property
+    def longest_ms(self) -> float:
+        """The longest of them."""
+        return max(self.listening_ms, self.dumping_ms, self.changing_pose_ms)
+
+
+def frame_times(robot: Robot, tables: GaitTables | None = None) -> FrameTimes:
+    """Return the longest gaps between two pulses of a servo.
+
+    It is heard between frames only while the robot stands: centred, or as a movement ends.
+    """
+    tables = tables or gait_tables(robot)
+    speed = SPEED[robot.locomotion.model]
+    unit_ms = robot.locomotion.pulsout_unit_ns * tables.pulse_step / 1e6
+    poses = [
+        (swing, lift)
+        for table in tables.swings
+        for swing, lift in zip(table.rows, tables.lifts, strict=True)
+    ]
+    stands = [(tables.stand_swing, tables.stand_lift)]
+    stands += [(swing, lift) for swing, lift in poses if lift == tables.stand_lift]
+    standing_ms = max(sum(swing) + sum(lift) for swing, lift in stands) * unit_ms
+    walking_ms = max(sum(swing) + sum(lift) for swing, lift in [*poses, *stands]) * unit_ms
+    frame_ms = FRAME_CODE_MS / speed
+    return FrameTimes(
+        standing_ms
+        + frame_ms
+        + LISTEN_CODE_MS / speed
+        + LOCOMOTION_SLICE_MS
+        + (1 + REQUEST_BYTES) * CHARACTER_MS,
+        standing_ms + frame_ms + DUMP_CODE_MS / speed + 8 * CHARACTER_MS,
+        walking_ms + frame_ms + POSE_CODE_MS / speed,
+    )
+
+
+def step_timeout_ms(robot: Robot) -> int:
+    """Return how long the main controller waits for the legs before it reports them.
+
+    A quarter longer than the longest movement at the longest frame allowed, in tenths of a
+    second, and never less than a locomotion controller's start takes.
+
+    >>> from cgagen.robot import load_robot
+    >>> step_timeout_ms(load_robot("servobot-predator"))
+    2600
+    """
+    longest_ms = max(frames_of(robot, step) for step in robot.steps) * FRAME_LIMIT_MS * 1.25
+    return max(2000, 100 * -int(-longest_ms // 100))
+
+
+def check_timing(robot: Robot) -> None:
+    """Refuse a robot whose servos would go limp, or whose movements are shorter than GO.
+
+    Raises:
+        RobotError: what is too long or too short, and what to change.
+    """
+    longest_ms = frame_times(robot).longest_ms
+    if longest_ms > FRAME_LIMIT_MS:
+        raise RobotError(
+            f"{robot.name}: [servo]: a servo would wait {longest_ms:.0f} ms for its next pulse, "
+            f"and {FRAME_LIMIT_MS} ms is allowed; use shorter pulses, smaller trims or a faster "
+            "[locomotion] model"
+        )
+    if robot.link.step_line is None:
+        return
+    shortest_frame_ms = (
+        len(robot.servo_set.servos)
+        * robot.servo_set.min_counts
+        * robot.locomotion.pulsout_unit_ns
+        / 1e6
+    )
+    for step in robot.steps:
+        takes_ms = frames_of(robot, step) * shortest_frame_ms
+        if takes_ms < GO_MS * GO_MARGIN:
+            least = -int(-GO_MS * GO_MARGIN // shortest_frame_ms)
+            key = "hold_frames" if step.order == "hold" else "push_frames"
+            raise RobotError(
+                f"{robot.name}: [movement.{step.movement}] {key}: the movement may be over after "
+                f"{takes_ms:.0f} ms, while the main controller still says GO; give the whole "
+                f"movement at least {least} frames"
+            )

@@ -1,0 +1,154 @@
+"""How fast this machine is, as rates and ratios measured in one run.
+
+Nothing here passes or fails: a figure depends on the machine and on what else it does, so the
+load is printed with it, and the ratios (lanes against the plain loop, two threads against one)
+are what can be compared between machines. Targets are those of DECISIONS.md 10.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from cgagen.evolve import Settings, first_generation, next_generation
+from cgagen.robot import load_arena, load_robot
+from cgagen.tokenizer import Tokenizer
+from sim.model import World, with_distance, words_of
+from sim.numbers import Options
+from sim.scalar import play_scalar
+
+STARTS = 10
+STEPS = 200
+GENERATIONS = 300
+REPEATS = 5
+
+
+class Row(NamedTuple):
+    """One figure.
+
+    Attributes:
+        name: what was measured.
+        value: the number.
+        unit: of it.
+        target: in words, or "".
+    """
+
+    name: str
+    value: float
+    unit: str
+    target: str = ""
+
+
+def rows() -> Iterator[Row]:
+    """Measure everything, in the order of the house; yields each figure as it is known."""
+    yield from _world()
+    yield from _evolution()
+    yield from _programs()
+    yield from _command_line()
+
+
+def load() -> str:
+    """Return what else the machine does, for the reader of the figures."""
+    one_minute, *_ = os.getloadavg()
+    return f"{len(os.sched_getaffinity(0))} cores, load {one_minute:.2f}"
+
+
+def _best_rate(work: float, function: Callable[[], object], clock: Callable[[], float]) -> float:
+    """Return the best of a few runs: noise of the machine only ever slows one down."""
+    function()
+    rates = []
+    for _ in range(REPEATS):
+        begin = clock()
+        function()
+        rates.append(work / (clock() - begin))
+    return max(rates)
+
+
+def _world() -> Iterator[Row]:
+    parts = load_robot("servobot-predator"), load_robot("servobot-prey"), load_arena("colony")
+    # Without hold no episode ends early, so every step that is counted is played.
+    options = Options(after_capture="go_on")
+    one, two = (World(*parts, options, threads=threads) for threads in (1, 2))
+    rng = np.random.Generator(np.random.Philox(1))
+    words, starts = words_of(first_generation(Settings(), rng)), one.draw_starts(rng, STARTS)
+    work = words.shape[1] * STARTS * STEPS / 1e6
+    lanes = _best_rate(work, lambda: one.play(words, starts), time.thread_time)
+    columns, few = with_distance(starts), words[:, :32].copy()
+    sums = np.empty(32 * STARTS)
+    scalar = _best_rate(
+        work / 8, lambda: play_scalar(few, columns, STEPS, one.numbers, sums), time.thread_time
+    )
+    wide = _best_rate(work, lambda: two.play(words, starts), time.perf_counter)
+    yield Row("world steps, one core", lanes, "M/s", "45 with AVX-512")
+    yield Row("world steps, plain loop", scalar, "M/s")
+    yield Row("lanes against the plain loop", lanes / scalar, "x", "3.5")
+    yield Row("world steps, two threads", wide, "M/s")
+    for world in (one, two):
+        world.close()
+
+
+def _evolution() -> Iterator[Row]:
+    with tempfile.TemporaryDirectory() as folder:
+        first = _seconds("evolve", "--generations", "1", "--run", f"{folder}/first")
+        begin = os.times()
+        trial = _seconds("evolve", "--seed", "7", "--run", f"{folder}/trial")
+        spent = os.times().children_user - begin.children_user
+    genetic = _genetic_seconds()
+    steps = (GENERATIONS * STARTS + 31 * 100) * 256 * STEPS / 1e6
+    yield Row("second start to the first generation", first, "s", "1.5")
+    yield Row("a paper trial, two threads", trial - first, "s", "6")
+    yield Row("steps that the trial asks for", steps, "M")
+    yield Row("genetic algorithm's part of it", 100 * genetic / spent, "% of CPU", "10")
+    yield Row("peak memory", _peak_mb(), "MB", "500")
+
+
+def _genetic_seconds() -> float:
+    settings, rng = Settings(), np.random.Generator(np.random.Philox(2))
+    bits = first_generation(settings, rng)
+    fitness = rng.random(settings.population)
+    begin = time.thread_time()
+    for _ in range(GENERATIONS):
+        bits = next_generation(bits, fitness, settings, rng)
+    return time.thread_time() - begin
+
+
+def _programs() -> Iterator[Row]:
+    with tempfile.TemporaryDirectory() as folder:
+        both = _seconds("build", "--robot", "servobot-prey", "-o", f"{folder}/build")
+        source = (Path(folder) / "build" / "main.bsp").read_text("ascii")
+    with Tokenizer() as tokenizer:
+        rate = _best_rate(
+            100, lambda: [tokenizer.compile(source) for _ in range(100)], time.perf_counter
+        )
+    yield Row("build of both programs", both, "s", "2")
+    yield Row(f"compiles of {len(source):,} characters", rate, "/s", "500 of 2,800")
+
+
+def _command_line() -> Iterator[Row]:
+    yield Row("cgagen --help", min(_seconds("--help") for _ in range(REPEATS)), "s", "0.15")
+
+
+def _seconds(*words: str) -> float:
+    """Return how long a call of `cgagen` takes as a process."""
+    begin = time.perf_counter()
+    subprocess.run(
+        [sys.executable, "-m", "cgagen", *words],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        timeout=600,
+    )
+    return time.perf_counter() - begin
+
+
+def _peak_mb() -> float:
+    """Return the largest memory of any process that this one has started."""
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024

@@ -192,11 +192,11 @@ def subs(*pairs: tuple[str, str]) -> str:
         ("m:\nDO\n GOSUB a\nLOOP\na:\n IF IN0 THEN m\n RETURN\n", None),
         # a label inside a loop: the way back up is seen
         ("GOSUB in\nEND\na:\nDO\n GOSUB b\nin:\n HIGH 1\nLOOP\n" + subs(("b", "LOW 1")), 2),
-        # a routine inside a block must not end the code behind the block
+        # labels inside a block: a way from before the block leads behind it
         (
-            "DO\nIF IN0 THEN\n  GOTO x\ny:\n  GOTO z\nENDIF\nx:\n GOSUB a\nLOOP\nz: END\n"
-            + subs(("a", "HIGH 1")),
-            1,
+            "GOSUB s\nEND\ns:\nIF IN0 THEN\n HIGH 1\ny:\n GOTO e\nz:\n LOW 1\nENDIF\n"
+            "GOSUB a\ne:\nRETURN\n" + subs(("a", "HIGH 2")),
+            2,
         ),
     ],
 )

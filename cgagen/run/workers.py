@@ -77,10 +77,7 @@ def run_in_processes(
             for pipe in [pipe for pipe in running if pipe in ready]:
                 _listen(pipe, running, observe, failures)
     finally:
-        for pipe, worker in running.items():
-            worker.process.kill()
-            worker.process.join()
-            pipe.close()
+        _kill(running)
     failures.sort(key=lambda failure: isinstance(failure, StoppedError))  # the cause first
     if failures:
         raise failures[0]
@@ -96,6 +93,14 @@ def _launch(job: Job, make_world: WorldFactory) -> tuple[Connection, _Worker]:
     process.start()
     theirs.close()  # else its end would stay open here, and a killed worker would go unnoticed
     return ours, _Worker(process, job)
+
+
+def _kill(running: dict[Connection, _Worker]) -> None:
+    """End workers that did not end in time; their folders can be resumed like any other."""
+    for pipe, worker in running.items():
+        worker.process.kill()
+        worker.process.join()
+        pipe.close()
 
 
 def _ask_to_stop(running: dict[Connection, _Worker]) -> None:

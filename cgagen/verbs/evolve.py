@@ -10,6 +10,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.progress import watch
+from cgagen.verbs.world_options import load_world, open_points, world_options
 
 if TYPE_CHECKING:
     from cgagen.robot import Arena, Robot
@@ -32,8 +33,6 @@ _workers = click.option(
 
 @click.command("evolve")
 @click.option("--robot", default="servobot-predator", show_default=True, help="Name or file.")
-@click.option("--opponent", default="servobot-prey", show_default=True, help="Name or file.")
-@click.option("--arena", default="colony", show_default=True, help="Name or file.")
 @click.option("--generations", type=COUNT, default=300, show_default=True)
 @click.option("--population", type=click.IntRange(min=2), default=256, show_default=True)
 @click.option("--seed", type=SEED, default=1, show_default=True, help="Of all but fixed starts.")
@@ -60,11 +59,7 @@ _workers = click.option(
 @click.option("--fixed-starts", type=COUNT, default=100, show_default=True)
 @click.option("--fixed-starts-seed", type=SEED, default=0, show_default=True)
 @click.option("--evaluate-every", type=COUNT, default=10, show_default=True, metavar="GENERATIONS")
-@click.option("--hold/--go-on", default=None, help="After a capture: stay, or go on hunting.")
-@click.option("--masking/--no-masking", default=None, help="Ignore sonars that face the target.")
-@click.option("--light", type=click.Choice(["dark", "ambient"]), help="How far the lamp is seen.")
-@click.option("--prey-policy", metavar="NAME", help="A policy of the opponent's file.")
-@click.option("--walls", type=click.Choice(["slide", "stop"]), help="What a wall does to a step.")
+@world_options
 @with_console
 def evolve_verb(console: Console, /, folder: Path | None, workers: int, **given: Any) -> None:
     """Evolve a genome into a run folder.
@@ -83,9 +78,8 @@ def evolve_verb(console: Console, /, folder: Path | None, workers: int, **given:
     from cgagen.run import RunRecord, start, stop_on_signals
 
     settings = _settings(given)
-    inputs = _inputs(given["robot"], given["opponent"], given["arena"])
+    inputs = _inputs(given)
     record = RunRecord(settings, inputs, (("cgagen", __version__),))
-    _check_world(record)
     if folder is None:
         name = re.sub(r"[^\w.-]+", "-", inputs.robot)
         folder = Path("runs") / f"{name}-seed{settings.seed}"
@@ -131,14 +125,6 @@ def _settings(given: dict[str, Any]) -> "RunSettings":
     from cgagen.evolve import Settings
     from cgagen.run import RunSettings
 
-    hold = given["hold"]
-    world = {
-        "after_capture": None if hold is None else "hold" if hold else "go_on",
-        "masking": given["masking"],
-        "light": given["light"],
-        "prey_policy": given["prey_policy"],
-        "walls": given["walls"],
-    }
     try:
         return RunSettings(
             evolution=Settings(
@@ -155,23 +141,23 @@ def _settings(given: dict[str, Any]) -> "RunSettings":
             seed=given["seed"],
             first_trial=given["first_trial"],
             trials=given["trials"],
-            world=tuple(sorted((key, value) for key, value in world.items() if value is not None)),
+            world=tuple(open_points(given).items()),
         )
     except ValueError as error:
         raise click.UsageError(str(error)) from None
 
 
-def _inputs(robot: str, opponent: str, arena: str) -> "Inputs":
-    """Return the texts of the input files."""
-    from cgagen.robot import load_arena, load_robot
+def _inputs(given: dict[str, Any]) -> "Inputs":
+    """Return the texts of the input files; refuse those that do not fit together."""
     from cgagen.run import Inputs
-    from cgagen.words import Role
+    from sim.numbers import world_numbers
 
-    predator = load_robot(robot, role=Role.PREDATOR)
+    predator, prey, arena, options = load_world(given["robot"], given)
+    world_numbers(predator, prey, arena, options)
     return Inputs(
         predator=predator.text,
-        prey=load_robot(opponent, role=Role.PREY).text,
-        arena=load_arena(arena).text,
+        prey=prey.text,
+        arena=arena.text,
         robot=predator.name,
         interface=predator.interface,
         robot_digest=predator.digest,
@@ -191,13 +177,6 @@ def _parts(record: "RunRecord") -> "tuple[Robot, Robot, Arena, Options]":
         parse_arena(inputs.arena, "1-arena.toml"),
         Options(**options),
     )
-
-
-def _check_world(record: "RunRecord") -> None:
-    """Refuse robots and options that do not fit together, before a folder is made."""
-    from sim.numbers import world_numbers
-
-    world_numbers(*_parts(record))
 
 
 def _make_world(record: "RunRecord", threads: int) -> "World":

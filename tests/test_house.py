@@ -1,0 +1,152 @@
+"""The rules of the house that no linter knows."""
+
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from cgagen.cli import VERBS, cgagen, main
+from cgagen.errors import CgagenError
+
+ROOT = Path(__file__).parent.parent
+CODE = sorted(path for room in ("cgagen", "sim", "hil") for path in (ROOT / room).rglob("*.py"))
+
+LONG_FILES: dict[str, str] = {
+    "cgagen/robot/reader.py": "one function per table of the robot file; a split would hide a key",
+    "cgagen/robot/values.py": "the whole robot as values, a page per part",
+    "sim/numbers.py": "the whole world as values, and how each is made",
+}
+"""Files over 300 lines, each with its reason."""
+
+
+def test_files_are_small() -> None:
+    long = {
+        str(path.relative_to(ROOT))
+        for path in CODE
+        if len(path.read_text("utf-8").splitlines()) > 300
+    }
+    assert long <= set(LONG_FILES), f"split, or give a reason: {sorted(long - set(LONG_FILES))}"
+
+
+def test_help_is_quick_to_import() -> None:
+    """Start-up is measured by `cgagen benchmark`; what would ruin it is checked here."""
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "cgagen", "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    imported = {line.rsplit("|", 1)[-1].strip() for line in done.stderr.splitlines()}
+    heavy = {"numpy", "numba", "jinja2", "rich", "serial", "can", "sim", "cgagen.robot"}
+    assert not heavy & imported
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([verb, "--help"]) == 0
+    assert capsys.readouterr().out.startswith("Usage: cgagen " + verb)
+
+
+def test_the_table_lists_the_verbs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    out = capsys.readouterr().out
+    assert all(f"\n  {verb} " in out for verb in VERBS)
+
+
+def test_unknown_words_are_usage_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fly"]) == 2
+    assert main(["evolve", "--wings", "2"]) == 2
+    assert "No such option" in capsys.readouterr().err
+
+
+def test_ctrl_c_is_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def pressed(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cgagen, "main", pressed)
+    assert main(["info", "x"]) == 130
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_bug_is_a_sentence_too(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("nobody thought of it")
+
+    monkeypatch.setattr(cgagen, "main", broken)
+    assert main(["info", "x"]) == 1
+    err = capsys.readouterr().err
+    assert "bug of ours" in err
+    assert "Traceback" not in err
+
+
+def test_every_error_has_its_own_sentence_and_code() -> None:
+    leaves = CgagenError.__subclasses__()
+    assert {leaf.exit_code for leaf in leaves} <= set(range(3, 12))
+    assert all(leaf.__doc__ for leaf in leaves)
+
+
+def test_versions_agree() -> None:
+    from cgagen import __version__
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert project["version"] == __version__
+
+
+def test_every_reference_has_a_source() -> None:
+    known = set(re.findall(r"^\| (S\d+) \|", (ROOT / "SOURCES.md").read_text("utf-8"), re.M))
+    files = [*CODE, *(ROOT / "cgagen" / "robots").glob("*.toml"), *(ROOT / "templates").iterdir()]
+    used = {
+        (key, path.name)
+        for path in files
+        for key in re.findall(r"\b[Rr]ef:? ?(S\d+)", path.read_text("utf-8"))
+    }
+    assert {key for key, _ in used} <= known
+    assert len(used) > 20
+
+
+def test_every_decision_that_is_named_exists() -> None:
+    known = set(re.findall(r"^\*\*(\d+)\.", (ROOT / "DECISIONS.md").read_text("utf-8"), re.M))
+    named = {
+        number
+        for path in [*CODE, *(ROOT / "cgagen" / "robots").glob("*.toml")]
+        for number in re.findall(r"DECISIONS\.md (\d+)", path.read_text("utf-8"))
+    }
+    assert named <= known
+    assert named
+
+
+def _console_blocks(text: str) -> list[list[str]]:
+    """Return the commands of every ```console block, without their output."""
+    blocks = re.findall(r"```console\n(.*?)```", text, re.S)
+    return [[line[2:] for line in block.splitlines() if line.startswith("$ ")] for block in blocks]
+
+
+def test_readme_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every `$ cgagen ...` of the README runs, in order, in one empty folder.
+
+    Evolution is shortened, because the README shows the paper's full trial.
+    """
+    monkeypatch.chdir(tmp_path)
+    blocks = _console_blocks((ROOT / "README.md").read_text("utf-8"))
+    ours = [command for block in blocks for command in block if command.startswith("cgagen ")]
+    assert len(ours) >= 4
+    for command in ours:
+        words = shlex.split(command)[1:]
+        if words[0] == "evolve":
+            words += ["--generations", "2", "--population", "16"]
+        assert main(words) == 0, command
+
+
+def test_readme_names_make_targets_that_exist() -> None:
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
+    named = set(re.findall(r"(?:`|^)make ([a-z]+)", (ROOT / "README.md").read_text("utf-8"), re.M))
+    assert {"demo", "test"} <= named <= targets

@@ -37,11 +37,15 @@ KERNEL_FILES = (
 )
 
 
+def kernel_digest() -> str:
+    """Return the digest of the sources that a result depends on, 16 hexadecimal digits."""
+    return digest("".join(path.read_text("utf-8") for path in KERNEL_FILES))[:16]
+
+
 def cache_folder() -> Path:
     """Return the folder for compiled kernels: the user's cache, named by the sources."""
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    sources = "".join(path.read_text("utf-8") for path in KERNEL_FILES)
-    return Path(base) / "cgagen" / f"kernel-{digest(sources)[:16]}"
+    return Path(base) / "cgagen" / f"kernel-{kernel_digest()}"
 
 
 def _prepare() -> None:

@@ -1,6 +1,7 @@
 """The verbs evolve and resume, on a toy world; the real one has its own tests."""
 
 import json
+from pathlib import Path
 
 import pytest
 from toy_run import ToyWorld
@@ -106,3 +107,12 @@ def test_progress_on_a_terminal(capsys, monkeypatch):
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     assert cli.main(["evolve", *FEW, "--run", "a"]) == 0
     assert "25/25" in capsys.readouterr().err
+
+
+def test_another_world_step_is_not_mixed_in(capsys, monkeypatch):
+    assert cli.main(["evolve", *FEW, "--run", "r"]) == 0
+    monkeypatch.setattr("sim.jit.kernel_digest", lambda: "0" * 16)
+    capsys.readouterr()
+    (Path("r") / "best.genome").unlink()
+    assert cli.main(["resume", "r"]) == 3
+    assert "world step has changed" in capsys.readouterr().err

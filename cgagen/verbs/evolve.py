@@ -14,7 +14,15 @@ from cgagen.verbs.world_options import load_world, open_points, world_options
 
 if TYPE_CHECKING:
     from cgagen.robot import Arena, Robot
-    from cgagen.run import Inputs, Outcome, RunRecord, RunSettings, TrialOutcome, World
+    from cgagen.run import (
+        Inputs,
+        Outcome,
+        RunRecord,
+        RunSettings,
+        TrialOutcome,
+        World,
+        WorldFactory,
+    )
     from sim.numbers import Options
 
 COUNT = click.IntRange(min=1)
@@ -76,10 +84,12 @@ def evolve_verb(console: Console, /, folder: Path | None, workers: int, **given:
     """  # noqa: D301 - click wants the backspace itself
     from cgagen import __version__
     from cgagen.run import RunRecord, start, stop_on_signals
+    from sim.jit import kernel_digest
 
     settings = _settings(given)
     inputs = _inputs(given)
-    record = RunRecord(settings, inputs, (("cgagen", __version__),))
+    versions = (("cgagen", __version__), ("world", kernel_digest()))
+    record = RunRecord(settings, inputs, versions)
     if folder is None:
         name = re.sub(r"[^\w.-]+", "-", inputs.robot)
         folder = Path("runs") / f"{name}-seed{settings.seed}"
@@ -110,7 +120,7 @@ def resume_verb(console: Console, run: Path, workers: int) -> None:
     with stop_on_signals() as stopped, _watched(console, settings) as observe:
         outcome = resume(
             run,
-            lambda record: partial(_make_world, record),
+            partial(_same_world, run),
             workers=workers,
             observe=observe,
             stopped=stopped,
@@ -118,6 +128,19 @@ def resume_verb(console: Console, run: Path, workers: int) -> None:
     if outcome.was_complete:
         console.note(f"{run}: the run was complete; nothing was left to do")
     _print(console, outcome)
+
+
+def _same_world(run: Path, record: "RunRecord") -> "WorldFactory":
+    """Return what makes the run's world; refuse where its step is not the one it began with."""
+    from cgagen.errors import RunError
+    from sim.jit import kernel_digest
+
+    if dict(record.versions).get("world") != kernel_digest():
+        raise RunError(
+            f"{run}: the world step has changed since the run began, so its results would mix "
+            "two; start a new run"
+        )
+    return partial(_make_world, record)
 
 
 def _settings(given: dict[str, Any]) -> "RunSettings":

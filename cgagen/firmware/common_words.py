@@ -18,6 +18,7 @@ _NIBBLES = "ABCD"
 def serin_units(model: Chip, ms: int) -> int:
     """Return a SERIN time-out in the chip's units: 1 ms, or 0.4 ms. Ref: S2 p. 394.
 
+    >>> from cgagen.stamp.chips import chip
     >>> serin_units(chip("BS2"), 10), serin_units(chip("BS2p"), 10)
     (10, 25)
     """

@@ -159,7 +159,7 @@ def _move_rows(robot: Robot, tables: GaitTables) -> list[str]:
 def _mask(flags: tuple[bool, ...]) -> str:
     """Return the flags as the robot's file writes them.
 
-    >>> _mask(Pose((True, False, True, False, True, False), (False,) * 6).up)
+    >>> _mask((True, False, True, False, True, False))
     '101010'
     """
     return "".join("1" if flag else "0" for flag in flags)

@@ -26,7 +26,7 @@ class PinUse:
 SERIES = "470 ohm in series"
 """Two outputs against each other stay below 11 mA. Choice; Ref: S9, 20 mA a pin of a BS2."""
 
-ANTENNA = "10 kohm to +5 V, 220 ohm in series; the antenna touches ground"
+ANTENNA = "220 ohm in series, 10 kohm to +5 V"
 """Ref: S5 and common practice for whiskers."""
 
 
@@ -69,15 +69,12 @@ def main_pins(robot: Robot) -> tuple[PinUse, ...]:
         part = "PING)))" if sonar.kind == "ping" else "SRF04"
         for pin, name, lead in zip(sonar.pins, sonar_pin_names(sonar), kinds, strict=True):
             what = f"{part} {sonar.name.replace('_', ' ')}, {lead}, {sonar.bearing_deg:g} deg"
-            uses.append(PinUse(pin, name, what, "direct; +5 V and ground to the sonar"))
+            uses.append(PinUse(pin, name, what, "direct"))
     for antenna in robot.antennas:
         what = f"antenna {antenna.name}, 0 = touched, {antenna.bearing_deg:g} deg"
         uses.append(PinUse(antenna.pin, f"Antenna{camel(antenna.name)}", what, ANTENNA))
     if robot.light:
-        parts = (
-            f"220 ohm in series to photoresistor and {robot.light.capacitor_uf:g} uF, "
-            "in parallel to ground"
-        )
+        parts = f"220 ohm in series, photoresistor || {robot.light.capacitor_uf:g} uF"
         for sensor in robot.light.sensors:
             what = f"light sensor {sensor.name}, {sensor.bearing_deg:g} deg"
             uses.append(PinUse(sensor.pin, f"Lamp{camel(sensor.name)}", what, parts))
@@ -91,7 +88,7 @@ def locomotion_pins(robot: Robot) -> tuple[PinUse, ...]:
         turned = "" if servo.direction > 0 else ", mirrored"
         trim = f", trim {servo.trim_counts:+d} counts" if servo.trim_counts else ""
         what = f"servo {servo.leg} {servo.joint}{turned}{trim}"
-        uses.append(PinUse(servo.pin, servo_pin_name(servo), what, "direct, signal lead"))
+        uses.append(PinUse(servo.pin, servo_pin_name(servo), what, "direct"))
     for bit, (pin, other) in enumerate(
         zip(robot.link.locomotion_pins, robot.link.main_pins, strict=True)
     ):

@@ -59,7 +59,8 @@ class Renderer:
         """Return a template filled in, without trailing blanks and with single empty lines.
 
         Raises:
-            TemplateError: template and line, what is wrong there, and which words there are.
+            TemplateError: template and line, what is wrong there, and which words there are; or
+                the program is not ASCII.
         """
         try:
             text = self._environment.get_template(name).render(words)
@@ -83,6 +84,13 @@ class Renderer:
             raise TemplateError(
                 f"{place}: {_sentence(error)}; the words of {name} are {known}"
             ) from error
+        for number, line in enumerate(text.splitlines(), 1):
+            if not line.isascii():
+                strange = next(character for character in line if not character.isascii())
+                raise TemplateError(
+                    f"{self._loader.place(name)}: line {number} of the program has {strange!r} in "
+                    "it; a Stamp's program is plain ASCII"
+                )
         return _tidy(text)
 
     def used(self) -> tuple[tuple[str, str], ...]:

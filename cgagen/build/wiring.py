@@ -1,0 +1,74 @@
+"""`wiring.txt`: what to solder, pin by pin, for both Stamps."""
+
+import textwrap
+
+from cgagen.firmware.columns import plain
+from cgagen.firmware.pins import PinUse, locomotion_pins, main_pins
+from cgagen.robot.values import Robot
+
+_WIDTH = 100
+
+
+def wiring_text(robot: Robot) -> str:
+    """Return the wiring of a robot as text; the same robot gives the same bytes."""
+    parts = [
+        f"Wiring of {plain(robot.name)}, a {robot.role}",
+        *_table(f"Main controller, {robot.main.model}", main_pins(robot)),
+        *_table(f"Locomotion controller, {robot.locomotion.model}", locomotion_pins(robot)),
+        "",
+        "Notes",
+        "",
+    ]
+    for note in _notes(robot):
+        parts += textwrap.wrap(note, _WIDTH, initial_indent="  - ", subsequent_indent="    ")
+    return "\n".join(parts) + "\n"
+
+
+def _table(title: str, uses: tuple[PinUse, ...]) -> list[str]:
+    names = max(len(use.what) for use in uses)
+    used = {use.pin for use in uses}
+    lines = ["", title, ""]
+    lines += [f"  {f'P{use.pin}':<5}{use.what:<{names}}  {use.wiring}" for use in uses]
+    free = [f"P{pin}" for pin in range(16) if pin not in used]
+    return [*lines, f"  free: {', '.join(free) or 'none'}"]
+
+
+def _notes(robot: Robot) -> list[str]:
+    notes = [
+        "One ground for both Stamps, the servo supply and all sensors. Both Stamps are switched "
+        "on together: a Stamp without supply would be fed through its inputs.",
+        "Servos have a supply of their own, of the servos' voltage and for at least 3 A: twelve "
+        "take some 0.25 A each under load and up to 1 A stalled (S10). Never from a Stamp's +5 V.",
+        "Each command line has 470 ohm in series and, at the locomotion controller, 10 kohm to "
+        "ground: a main controller that is off or in reset then reads as 000.",
+    ]
+    if robot.link.step_line:
+        notes.append(
+            "The step line has one pull-up of 10 kohm to +5 V and 470 ohm in series. Both Stamps "
+            "only ever pull it low."
+        )
+    else:
+        notes.append(
+            "There is no step line. While the main controller is off or in reset, the lines read "
+            "000, which is FORWARD: lift the robot, or switch the servo supply on last."
+        )
+    notes.append(
+        "Antennas: 10 kohm from the pin's side to +5 V, 220 ohm between that and the pin; the "
+        "moving part is grounded. A touch reads 0."
+    )
+    if robot.light:
+        notes.append(
+            f"Light: photoresistor and a capacitor of {robot.light.capacitor_uf:g} uF in parallel "
+            "from one point to ground, 220 ohm from that point to the pin. A larger capacitor "
+            "makes the counts larger, so that the dark is reached earlier."
+        )
+    kinds = {sonar.kind for sonar in robot.sonars}
+    if "ping" in kinds:
+        notes.append("PING))): +5 V, ground and SIG; 35 mA at most each (S6).")
+    if "srf04" in kinds:
+        notes.append("SRF04: +5 V, ground, trigger and echo; 50 mA at most each (S8).")
+    notes.append(
+        "The programming port of each Stamp is its own four-pin serial connection (SOUT, SIN, ATN, "
+        "VSS) and takes none of the pins above."
+    )
+    return notes

@@ -1,0 +1,106 @@
+"""`cgagen build`: the programs of both Stamps."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.verbs.console import Console, with_console
+
+if TYPE_CHECKING:
+    from cgagen.build import Build
+
+
+@click.command("build")
+@click.argument("genome", type=click.Path(path_type=Path, dir_okay=False), required=False)
+@click.option(
+    "--robot",
+    metavar="NAME|FILE",
+    help="The robot: a name that ships with cgagen, or a TOML file. Default: the genome's.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="The build folder. Default: build/<name of the robot>.",
+)
+@click.option(
+    "--templates",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Templates of yours; a file in here takes the place of ours of the same name.",
+)
+@click.option("--force", is_flag=True, help="Put the build into a folder that holds other things.")
+@with_console
+def build_verb(
+    console: Console,
+    genome: Path | None,
+    robot: str | None,
+    output: Path | None,
+    templates: Path | None,
+    force: bool,
+) -> None:
+    r"""Write and compile the programs of both Stamps of a robot.
+
+    A predator is built from a GENOME, such as the best.genome of a run. A prey needs none:
+    `cgagen build --robot servobot-prey`. The folder gets both sources, both EEPROM images, what
+    they take of their chips, the wiring, and the genome and the robot that they come from. The
+    same genome, robot and templates give the same bytes.
+
+    \b
+    Environment:
+      CGAGEN_NODE       the Node program to use, before PATH
+      CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
+    """
+    from cgagen.build import make_build, write_build
+    from cgagen.firmware.columns import plain
+    from cgagen.genome import load
+    from cgagen.robot import load_robot
+    from cgagen.tokenizer import Tokenizer
+
+    if genome is None and robot is None:
+        raise click.UsageError("give a genome, or with --robot a prey, which needs none")
+    table = load(genome) if genome else None
+    body = load_robot(robot or (table.robot if table else ""))
+    with Tokenizer() as tokenizer:
+        build = make_build(body, table, tokenizer, templates)
+    if build.note:
+        console.note(f"note: {build.note}")
+    folder = output or Path("build") / plain(body.name)
+    files = build.files()
+    write_build(folder, files, force)
+    console.result(_data(folder, build, files), _text(folder, build))
+
+
+def _data(folder: Path, build: "Build", files: dict[str, bytes]) -> dict[str, Any]:
+    import json
+
+    from cgagen.build.record import RECORD_FILE
+
+    return {"folder": str(folder), "note": build.note, "build": json.loads(files[RECORD_FILE])}
+
+
+def _text(folder: Path, build: "Build") -> str:
+    lines = [f"{build.robot.name}: {folder}", ""]
+    head = ("program", "chip", "EEPROM used", "free", "RAM free", "calls", "source", "image")
+    row = "{:<16}{:<7}{:>11}{:>14}{:>10}{:>7}  {:<10}{:<8}"
+    lines.append(row.format(*head).rstrip())
+    for built in build.programs:
+        memory, source = built.memory, built.program.banner.source
+        used = memory.program_bytes + memory.data_bytes
+        free = f"{memory.free_bytes} ({memory.free_percent:.1f} %)"
+        cells = (built.program.file, memory.model, used, free, memory.ram_free_bytes)
+        lines.append(row.format(*cells, memory.gosub_depth, source, built.image.digest[:8]))
+    main, locomotion = (built.program for built in build.programs)
+    lines += [
+        "",
+        f"genome: {build.genome.digest}" if build.genome else "genome: none, it acts by reflex",
+        f"robot:  {build.robot.digest}",
+        "",
+        f"Next: wire the Stamps as {folder / 'wiring.txt'} says, then load {main.file} into the",
+        f"{main.model} and {locomotion.file} into the {locomotion.model}, with Parallax's editor "
+        "or any loader.",
+        "memory.txt says what each routine takes; build.json has every digest.",
+    ]
+    return "\n".join(lines)

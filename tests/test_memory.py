@@ -122,6 +122,7 @@ def test_most_data_of_the_vectors_is_told_apart(tokenizer: Tokenizer) -> None:
         ("d DATA 1\nDATA 2\ne DATA 3\nHIGH 1\n", [("d", 0, 2), ("e", 2, 1)]),
         ("DATA 1, 2\nd DATA 3\nHIGH 1\n", [("(no label)", 0, 2), ("d", 2, 1)]),
         ("d DATA (20)\ne DATA d, e\nHIGH 1\n", [("d", 0, 20), ("e", 20, 2)]),
+        ('d DATA CLS, "a", CR, e\ne DATA 1\nHIGH 1\n', [("d", 0, 4), ("e", 4, 1)]),
         ("n CON 3\nm CON n * 2 + 1\nd DATA 0(m)\nHIGH 1\n", [("d", 0, 7)]),
         ("d DATA @$10, %11, -1, 'x\nHIGH 1\n", None),  # refused by the tokenizer
         ('d DATA WORD "a", WORD (3), "xyz"(2)\nHIGH 1\n', None),  # may be beyond the reader

@@ -15,7 +15,7 @@ DEEPEST_GOSUB = 4
 """Calls that may be open at a time; a fifth loses the first's way back. Ref: S2 p. 210."""
 
 MOST_GOSUBS = 255
-"""GOSUBs of one program. Ref: S2 p. 209; the tokenizer's error 145."""
+"""GOSUBs of one program. Ref: S3 (error 145)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,7 +70,6 @@ def data_of(compiled: Compiled) -> tuple[DataBlock, ...] | None:
             if kind != "DATA":
                 _define(symbols, name, rest)
                 continue
-            symbols.setdefault(name.upper(), pointer)  # a DATA line may name itself
             pieces, pointer = _items(rest, pointer, symbols)
             first = pieces[0][0] if pieces else pointer
             if name or not found:
@@ -143,7 +142,7 @@ def _items(text: str, pointer: int, symbols: dict[str, int]) -> tuple[list[tuple
             elif tokens[place] == "(":
                 use = Use.RESERVED
             else:
-                _, place = _value(tokens, place, symbols)
+                _, place = _value(tokens, place, None)
             if tokens[place] == "(":
                 times, place = _value(tokens, place + 1, symbols)
                 place += 1
@@ -155,8 +154,11 @@ def _items(text: str, pointer: int, symbols: dict[str, int]) -> tuple[list[tuple
     return filled, pointer
 
 
-def _value(tokens: list[str], place: int, symbols: dict[str, int]) -> tuple[int, int]:
-    """Return the 16-bit value of a constant expression, and the place behind it."""
+def _value(tokens: list[str], place: int, symbols: dict[str, int] | None) -> tuple[int, int]:
+    """Return the 16-bit value of a constant expression, and the place behind it.
+
+    Without symbols the value does not matter, and any name may stand there (CR, a label below).
+    """
     value, place = _operand(tokens, place, symbols)
     while place < len(tokens) and tokens[place] in _OPERATORS:
         other, after = _operand(tokens, place + 1, symbols)
@@ -167,7 +169,7 @@ def _value(tokens: list[str], place: int, symbols: dict[str, int]) -> tuple[int,
     return value, place
 
 
-def _operand(tokens: list[str], place: int, symbols: dict[str, int]) -> tuple[int, int]:
+def _operand(tokens: list[str], place: int, symbols: dict[str, int] | None) -> tuple[int, int]:
     word = tokens[place] if place < len(tokens) else ""
     if word == "-":
         value, place = _operand(tokens, place + 1, symbols)
@@ -180,6 +182,8 @@ def _operand(tokens: list[str], place: int, symbols: dict[str, int]) -> tuple[in
         return int(word), place + 1
     if word.startswith('"') and len(word) == 3:
         return ord(word[1]), place + 1
-    if word.upper() in symbols:
+    if symbols is None and word[:1].isalpha():
+        return 1, place + 1
+    if symbols is not None and word.upper() in symbols:
         return symbols[word.upper()], place + 1
     raise _NotUnderstoodError(word)

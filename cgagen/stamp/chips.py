@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from cgagen.errors import ImageError
 
 EEPROM_BYTES = 2048
-"""Bytes of one program slot, on every model. Ref: S2 p. 455."""
+"""Bytes of one program slot, on every model. Ref: S2 p. 459 (addresses 0 to 2047)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,8 @@ class Chip:
         name: as Parallax writes it.
         directive: the word in the source's `$STAMP` directive.
         target: the tokenizer's number for it. Ref: S3 (TModuleRec.TargetModule).
-        slots: program slots of `EEPROM_BYTES` each.
+        slots: program slots of `EEPROM_BYTES` each. The BS2pe has as many again for data.
+            Ref: S2 p. 382 (RUN), S5 (STOREALL).
         variable_bytes: RAM for variables, W0 to W12. Ref: S2 p. 82.
         scratch_bytes: scratch pad RAM reached by GET and PUT. Ref: S2 p. 92.
         pins: input/output pins that an instruction can name.
@@ -42,6 +43,11 @@ class Chip:
     pulsin_unit_ns: int
     pulsout_unit_ns: int
     rctime_unit_ns: int
+
+    @property
+    def eeprom_bytes(self) -> int:
+        """Bytes of one program slot."""
+        return EEPROM_BYTES
 
 
 CHIPS: tuple[Chip, ...] = (

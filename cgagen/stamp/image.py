@@ -30,7 +30,7 @@ class Image:
 
     Attributes:
         model: the chip that it was made for; the bytes alone do not tell.
-        eeprom: 2,048 bytes, DATA from 0 up, the program from 2047 down. Ref: S2 p. 455.
+        eeprom: 2,048 bytes, DATA from 0 up, the program from 2047 down. Ref: S3.
         flags: one byte for each, `Use` and `SENT`; None where only the bytes are known.
         slot: program slot, 0 to the model's last.
 

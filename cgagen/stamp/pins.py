@@ -11,7 +11,7 @@ from cgagen.stamp.chips import Chip
 
 LAST_PIN = 15
 PROGRAMMING_PORT = 16
-"""SEROUT and SERIN know the programming port as pin 16. Ref: S2 p. 396, p. 418."""
+"""SEROUT and SERIN know the programming port as pin 16. Ref: S2 p. 419."""
 
 _PIN_OPERANDS: dict[int, tuple[tuple[int, int], ...]] = {
     # opcode: (place on the stack, last pin that is legal) ... Ref: S3

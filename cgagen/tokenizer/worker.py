@@ -10,7 +10,7 @@ import time
 import weakref
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from cgagen.errors import ToolchainError
 from cgagen.toolchain import TOKENIZER_SHA256, find_node, find_tokenizer
@@ -40,7 +40,7 @@ class Worker:
         self._questions = 0
         self._rest = b""
         # stderr goes to a file, so that a chatty Node can neither block nor disturb the terminal.
-        with tempfile.TemporaryFile() as errors:
+        with _scratch() as errors:
             try:
                 self._process = subprocess.Popen(
                     command or _command(),
@@ -161,6 +161,13 @@ def _wait(descriptor: int, event: int, deadline: float) -> None:
     poll.register(descriptor, event)
     if not poll.poll(max(0.0, deadline - time.monotonic()) * 1000):
         raise WorkerStuckError("no answer in time")
+
+
+def _scratch() -> IO[bytes]:
+    try:
+        return tempfile.TemporaryFile()
+    except OSError:  # a full disk must not keep anyone from compiling
+        return open(os.devnull, "w+b")
 
 
 def _end(process: subprocess.Popen[bytes], owner: int) -> None:

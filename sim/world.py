@@ -22,6 +22,11 @@ from sim.numbers import (
 from sim.senses import Seen, light, light_count, see, sonar, touch
 
 
+ONE_POINT_UNITS = 1e-9
+"""Nearer than this, both robots stand on one point and have no bearing: no sonar or light sensor
+faces the other. Only robots that go on after the capture come so near, in a corner. Choice."""
+
+
 class Reading(NamedTuple):
     """What the predator's chip measures: sonar and light counts, touched antennas."""
 
@@ -255,7 +260,7 @@ class Look(NamedTuple):
 def look(at: Pair, genome: Words, numbers: WorldNumbers) -> Look:
     """Let both robots sense and decide; the genome is the predator's."""
     predator, prey, side = numbers.predator, numbers.prey, numbers.side
-    nearness = 1.0 / at.distance
+    nearness = 1.0 / max(at.distance, ONE_POINT_UNITS)
     p = see(at.px, at.py, at.pc, at.ps, at.qx, at.qy, at.distance, nearness, prey.radius, side)
     q = see(at.qx, at.qy, at.qc, at.qs, at.px, at.py, at.distance, nearness, predator.radius, side)
     reading = read_predator(p, predator.sensors)

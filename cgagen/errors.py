@@ -10,6 +10,9 @@
      +-- FolderError        3   an output that would overwrite what is not ours
      +-- ImageError         3   bytes that are not the image of a Stamp
      +-- BudgetError        3   a program that does not fit its chip with the reserve asked for
+     +-- BenchError         3   a bench file that says something that cannot be
+     |    +-- ContentionError   two drivers hold one wire at different levels
+     +-- ExecutionError     3   a program that does what no document says what it does
      +-- StorageError       3   the disk refused to take what was written to it
      +-- ToolchainError     4   no Node, no tokenizer, a wrong hash, a worker that died
      +-- NetworkError       5   the tokenizer could not be fetched
@@ -67,6 +70,22 @@ class ImageError(CgagenError):
 
 class BudgetError(CgagenError):
     """A program that leaves less EEPROM or RAM free than the robot needs in reserve."""
+
+    exit_code = 3
+
+
+class BenchError(CgagenError):
+    """A bench that cannot be: a file with an unknown part, a wire to nowhere."""
+
+    exit_code = 3
+
+
+class ContentionError(BenchError):
+    """Two drivers hold one wire at different levels: a short circuit."""
+
+
+class ExecutionError(CgagenError):
+    """A program did what no document describes: a bad opcode, a broken address, its place."""
 
     exit_code = 3
 

@@ -6,9 +6,12 @@ import importlib.util
 import io
 import json
 import os
+import signal
+import subprocess
 import sys
 import tarfile
 import threading
+import time
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
@@ -468,3 +471,63 @@ def test_doctor_says_what_is_missing(bare: Path, capsys: pytest.CaptureFixture[s
     assert not found["tokenizer"]["ok"]
     assert "cgagen setup" in found["tokenizer"]["says"]
     assert not found["extra report"]["needed"]
+
+
+# --- Ctrl-C and help ---------------------------------------------------------------------------
+
+
+def interrupt(words: list[str], sign: Path) -> subprocess.CompletedProcess[str]:
+    """Run a verb, send it what Ctrl-C sends once `sign` is there, and return how it ended."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "cgagen", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        for _ in range(1000):
+            if sign.exists() or process.poll() is not None:
+                break
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        try:
+            out, err = process.communicate(timeout=30)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise
+    return subprocess.CompletedProcess(words, process.returncode, out, err)
+
+
+def test_ctrl_c_during_setup_leaves_nothing(
+    bare: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sign = tmp_path / "npm-runs"
+    script = f"require('fs').writeFileSync({json.dumps(str(sign))}, ''); setTimeout(() => 0, 6e5)"
+    fake_npm(tmp_path, monkeypatch, script)
+    done = interrupt(["setup"], sign)
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr.strip().startswith("cgagen: stopped by Ctrl-C")
+    assert list((bare / "cgagen").iterdir()) == []
+
+
+def test_ctrl_c_during_compile_ends_the_worker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sign = tmp_path / "worker"
+    script = f'[ "$1" = --version ] && echo v20.0.0 && exit\necho $$ >{sign}\nexec sleep 600\n'
+    monkeypatch.setenv("CGAGEN_NODE", str(program(tmp_path / "node", "#!/bin/sh\n" + script)))
+    (tmp_path / "led.bs2").write_text(LED)
+    words = ["compile", str(tmp_path / "led.bs2"), "-o", str(tmp_path / "led.bin")]
+    done = interrupt(words, sign)
+    assert done.returncode == 130
+    assert done.stderr.strip().startswith("cgagen: stopped by Ctrl-C")
+    assert not (tmp_path / "led.bin").exists()
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(sign.read_text()), 0)
+
+
+@pytest.mark.parametrize("verb", ["setup", "doctor", "compile"])
+def test_help_names_the_variables(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([verb, "--help"]) == 0
+    out = capsys.readouterr().out
+    assert "\n    CGAGEN_NODE " in out
+    assert "\n    CGAGEN_TOKENIZER " in out

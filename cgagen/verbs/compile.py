@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.environment import TOOLCHAIN
 
 if TYPE_CHECKING:
     from cgagen.stamp.compiled import Compiled
 
 
-@click.command("compile")
+@click.command("compile", epilog=TOOLCHAIN)
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option(
     "-o",
@@ -32,16 +33,10 @@ if TYPE_CHECKING:
 def compile_verb(
     console: Console, file: Path, output: Path | None, map_file: Path | None, force: bool
 ) -> None:
-    r"""Compile a PBASIC source for the BS2, BS2e, BS2sx, BS2p or BS2pe that its $STAMP names.
+    """Compile a PBASIC source for the BS2, BS2e, BS2sx, BS2p or BS2pe that its $STAMP names.
 
     Prints what the program takes of its chip. A refused source is one sentence with file, line
     and column, exit code 6. With --json: image, packets, source map and all counts.
-
-    \b
-    Environment:
-      CGAGEN_NODE       the Node program to use, before PATH
-      CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
-      XDG_CACHE_HOME    where caches live (default: ~/.cache)
     """
     from cgagen.memory import report
     from cgagen.tokenizer import Tokenizer

@@ -5,9 +5,10 @@ from pathlib import Path
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.environment import TOOLCHAIN
 
 
-@click.command("setup")
+@click.command("setup", epilog=TOOLCHAIN)
 @click.option(
     "--offline",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -17,16 +18,11 @@ from cgagen.verbs.console import Console, with_console
 @click.option("--force", is_flag=True, help="Fetch it again even if it is there.")
 @with_console
 def setup_verb(console: Console, offline: Path | None, force: bool) -> None:
-    r"""Fetch Parallax's tokenizer into the user's cache, once, with its hash checked.
+    """Fetch Parallax's tokenizer into the user's cache, once, with its hash checked.
 
     It comes from npm as pbasic-tokenizer 0.3.0 (MIT, Parallax Inc.), by a lock file that cgagen
     carries. Node 18 or later is needed, from PATH or from `pip install 'cgagen[node]'`.
 
-    \b
-    Environment:
-      CGAGEN_NODE       the Node program to use, before PATH
-      CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
-      XDG_CACHE_HOME    where caches live (default: ~/.cache)
     npm's own settings (proxy, registry) hold as usual.
     """
     from cgagen.toolchain import TOKENIZER_SHA256, setup
@@ -36,18 +32,12 @@ def setup_verb(console: Console, offline: Path | None, force: bool) -> None:
     console.result(data, f"tokenizer: {path} ({'now' if fetched else 'already'} there)")
 
 
-@click.command("doctor")
+@click.command("doctor", epilog=TOOLCHAIN)
 @click.pass_context
 def doctor_verb(context: click.Context) -> None:
-    r"""Say line by line what this machine has, what is missing, and how to mend it.
+    """Say line by line what this machine has, what is missing, and how to mend it.
 
     Exit code 4 if something is missing without which nothing compiles.
-
-    \b
-    Environment:
-      CGAGEN_NODE       the Node program to use, before PATH
-      CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
-      XDG_CACHE_HOME    where caches live (default: ~/.cache)
     """
     from dataclasses import asdict
 

@@ -21,7 +21,6 @@ from sim.numbers import (
 )
 from sim.senses import Seen, light, light_count, see, sonar, touch
 
-
 ONE_POINT_UNITS = 1e-9
 """Nearer than this, both robots stand on one point and have no bearing: no sonar or light sensor
 faces the other. Only robots that go on after the capture come so near, in a corner. Choice."""

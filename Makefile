@@ -37,7 +37,8 @@ hil: setup                 ## the firmware against its specification
 	$(BIN)/python -m pytest hil/ -q
 
 firmware: setup            ## rebuild the checked-in reference firmware
-	$(BIN)/python -m tests.regenerate_firmware
+	$(BIN)/cgagen build firmware/reference.genome -o firmware/predator --force
+	$(BIN)/cgagen build --robot servobot-prey -o firmware/prey --force
 
 benchmark: setup           ## measure speed, as ratios in one run
 	$(BIN)/cgagen benchmark

@@ -31,7 +31,7 @@ class Console:
 
     def result(self, data: Any, text: str) -> None:
         """Print a result on stdout: `data` with `--json`, otherwise `text`."""
-        click.echo(json.dumps(data, sort_keys=True) if self.as_json else text, color=self.color)
+        click.echo(json.dumps(data) if self.as_json else text, color=self.color)
 
     def note(self, text: str) -> None:
         """Print a note on stderr, unless the user wants results only."""

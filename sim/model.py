@@ -113,7 +113,7 @@ class World:
         def part(first: int, last: int) -> None:
             play(words, columns, self.steps, self.numbers, first, last, scores, caught)
 
-        if self._pool is None:
+        if self._pool is None or episodes == 0:
             part(0, episodes)
         else:
             share = -(-episodes // (self._threads * LANES)) * LANES

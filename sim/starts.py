@@ -57,7 +57,7 @@ def start_of(
     """Return one start from two poses (x_units, y_units, heading_deg), shape (1, 8).
 
     Raises:
-        RobotError: a pose is within a wall, or both robots stand on one point.
+        RobotError: a pose is within a wall or has no direction, or both stand on one point.
     """
     columns: list[float] = []
     for name, (x, y, heading_deg), radius in zip(
@@ -68,6 +68,8 @@ def start_of(
                 f"{name}: ({x:g}, {y:g}) is not inside the arena; "
                 f"both coordinates from {radius:g} to {side_units - radius:g} units are allowed"
             )
+        if not math.isfinite(heading_deg):
+            raise RobotError(f"{name}: a heading of {heading_deg} points nowhere; give degrees")
         columns += [x, y, *cos_sin_deg(heading_deg)]
     if predator[:2] == prey[:2]:
         raise RobotError("predator and prey: both stand on one point; move one of them")

@@ -26,7 +26,7 @@ class PinUse:
 SERIES = "470 ohm in series"
 """Two outputs against each other stay below 11 mA. Choice; Ref: S9, 20 mA a pin of a BS2."""
 
-ANTENNA = "220 ohm in series, 10 kohm to +5 V"
+ANTENNA = "220 ohm, 10 kohm to +5 V"
 """Ref: S5 and common practice for whiskers."""
 
 
@@ -74,7 +74,7 @@ def main_pins(robot: Robot) -> tuple[PinUse, ...]:
         what = f"antenna {antenna.name}, 0 = touched, {antenna.bearing_deg:g} deg"
         uses.append(PinUse(antenna.pin, f"Antenna{camel(antenna.name)}", what, ANTENNA))
     if robot.light:
-        parts = f"220 ohm in series, photoresistor || {robot.light.capacitor_uf:g} uF"
+        parts = f"220 ohm, photoresistor || {robot.light.capacitor_uf:g} uF"
         for sensor in robot.light.sensors:
             what = f"light sensor {sensor.name}, {sensor.bearing_deg:g} deg"
             uses.append(PinUse(sensor.pin, f"Lamp{camel(sensor.name)}", what, parts))

@@ -71,8 +71,8 @@ class Renderer:
             ) from error
         except jinja2.TemplateNotFound as error:
             raise TemplateError(
-                f"{self._loader.place(name)}: wants the template {error.name}, which is neither in "
-                "--templates nor among ours; see the folder templates/"
+                f"{self._place_of(error, name)}: wants the template {error.name}, which is neither "
+                "in --templates nor among ours; see the folder templates/"
             ) from error
         except UnicodeDecodeError as error:
             raise TemplateError(f"{name}: not UTF-8 at byte {error.start}; save it so") from error

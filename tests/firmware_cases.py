@@ -1,0 +1,107 @@
+"""Robots that a lab might make of the two that ship: name -> its text, and a genome."""
+
+import random
+import re
+
+from cgagen.genome import Genome
+from cgagen.robot import ROBOTS_FOLDER, Robot
+from cgagen.robot.reader import parse_robot
+
+_DIGITS = random.Random(20)
+GENOME = Genome("".join(_DIGITS.choice("01") for _ in range(192)))
+
+PREDATOR = (ROBOTS_FOLDER / "servobot-predator.toml").read_text("utf-8")
+PREY = (ROBOTS_FOLDER / "servobot-prey.toml").read_text("utf-8")
+
+STEP_LINE = re.search(r"^step_line = .*$", PREDATOR, re.MULTILINE)[0]
+
+
+def changed(text: str, *pairs: tuple[str, str]) -> str:
+    """Return the text with each pair's first occurrence replaced; all of them must occur."""
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
+def with_model(text: str, chip: str, model: str, unit_ns: int, rctime_ns: int = 0) -> str:
+    """Return the text with another model as one chip, and its units."""
+    head, section, rest = text.partition(f"[{chip}]")
+    rest = re.sub(r'^model = ".*?"', f'model = "{model}"', rest, count=1, flags=re.MULTILINE)
+    for key, value in (("pulsin", unit_ns), ("rctime", rctime_ns or unit_ns), ("pulsout", unit_ns)):
+        if chip == "main" or key == "pulsout":
+            pattern = rf"^{key}_unit_ns = \d+"
+            rest = re.sub(pattern, f"{key}_unit_ns = {value}", rest, count=1, flags=re.MULTILINE)
+    return head + section + rest
+
+
+def fine_servos(text: str) -> str:
+    """Return the text with servo counts of 0.8 us instead of 2 us."""
+    return changed(
+        text,
+        ("centre_counts = 750", "centre_counts = 1875"),
+        ("counts_per_deg = 5 ", "counts_per_deg = 12.5 "),
+        ("min_counts = 500", "min_counts = 1250"),
+        ("max_counts = 1000", "max_counts = 2500"),
+    )
+
+
+def srf04(text: str, pins: dict[int, tuple[int, int]]) -> str:
+    """Return the text with SRF04s in place of PING)))s, trigger and echo by the old pin."""
+    text = text.replace('kind = "ping"', 'kind = "srf04"')
+    for pin, (trigger, echo) in pins.items():
+        line = re.search(rf"^pin = {pin} .*$", text, re.MULTILINE)[0]
+        text = text.replace(line, f"trigger_pin = {trigger}\necho_pin = {echo}", 1)
+    return text
+
+
+PREDATOR_SRF04 = srf04(PREDATOR, {4: (4, 5), 5: (6, 7), 6: (12, 13)})
+
+CASES: dict[str, str] = {
+    "predator": PREDATOR,
+    "predator-free-running": changed(PREDATOR, (STEP_LINE, 'step_line = "none"')),
+    "predator-silent": changed(PREDATOR, ("telemetry = true", "telemetry = false")),
+    "predator-unmasked": changed(PREDATOR, ("masking = true", "masking = false")),
+    "predator-ambient": changed(PREDATOR, ('condition = "dark"', 'condition = "ambient"')),
+    "predator-srf04": PREDATOR_SRF04,
+    "predator-srf04-bs2": with_model(PREDATOR_SRF04, "main", "BS2", 2000),
+    "predator-other-pins": changed(
+        PREDATOR,
+        ("main_pins = [0, 1, 2]", "main_pins = [12, 13, 14]"),
+        ("main_pin = 3,", "main_pin = 0,"),
+        ("pin = 8 ", "pin = 15 "),
+        ("locomotion_pins = [12, 13, 14]", "locomotion_pins = [4, 5, 6]"),
+        ("locomotion_pin = 15", "locomotion_pin = 12"),
+        ("LR = [4, 5]", "LR = [13, 14]"),
+        ("RF = [6, 7]", "RF = [15, 7]"),
+    ),
+    "predator-trimmed": changed(
+        PREDATOR, ("LF = [0, 0]", "LF = [13, -7]"), ("RM = [0, 0]", "RM = [-21, 2]")
+    ),
+    "predator-bs2e": with_model(
+        with_model(PREDATOR, "main", "BS2e", 2000), "locomotion", "BS2e", 2000
+    ),
+    "predator-bs2sx": fine_servos(
+        with_model(with_model(PREDATOR, "main", "BS2sx", 800), "locomotion", "BS2sx", 800)
+    ),
+    "predator-bs2pe": with_model(
+        with_model(PREDATOR, "main", "BS2pe", 2000), "locomotion", "BS2pe", 2000
+    ),
+    "predator-bs2p-legs": fine_servos(with_model(PREDATOR, "locomotion", "BS2p", 800)),
+    "prey": PREY,
+    "prey-wall": changed(PREY, ('policy = "turn"', 'policy = "wall"')),
+    "prey-wary": changed(PREY, ('policy = "turn"', 'policy = "wary"')),
+    "prey-free-running": changed(PREY, (STEP_LINE, 'step_line = "none"')),
+    "prey-silent": changed(PREY, ("telemetry = true", "telemetry = false")),
+    "prey-bs2": with_model(PREY, "main", "BS2", 2000),
+}
+
+
+def robot_of(case: str) -> Robot:
+    """Return the robot of a case."""
+    return parse_robot(CASES[case], f"{case}.toml")
+
+
+def genome_of(case: str) -> Genome | None:
+    """Return the genome that the case's robot is built with."""
+    return GENOME if case.startswith("predator") else None

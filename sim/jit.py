@@ -48,6 +48,11 @@ def cache_folder() -> Path:
     return Path(base) / "cgagen" / f"kernel-{kernel_digest()}"
 
 
+def is_compiled() -> bool:
+    """Say whether this machine has compiled the world step before, as far as one can tell."""
+    return Path(numba.config.CACHE_DIR).is_dir()
+
+
 def _prepare() -> None:
     """Choose the cache and the vector width, unless the user has.
 

@@ -10,7 +10,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.progress import watch
-from cgagen.verbs.world_options import load_world, open_points, world_options
+from cgagen.verbs.world_options import load_world, note_compiling, open_points, world_options
 
 if TYPE_CHECKING:
     from cgagen.robot import Arena, Robot
@@ -93,6 +93,7 @@ def evolve_verb(console: Console, /, folder: Path | None, workers: int, **given:
     if folder is None:
         name = re.sub(r"[^\w.-]+", "-", inputs.robot)
         folder = Path("runs") / f"{name}-seed{settings.seed}"
+    note_compiling(console.note)
     with stop_on_signals() as stopped, _watched(console, settings) as observe:
         outcome = start(
             folder,

@@ -66,6 +66,14 @@ def load_world(robot: str, given: dict[str, Any]) -> "tuple[Robot, Robot, Arena,
     )
 
 
+def note_compiling(note: Callable[[str], None]) -> None:
+    """Say that the first call on a machine takes longer, where this is the first."""
+    from sim.jit import is_compiled
+
+    if not is_compiled():
+        note("compiling the world step, once on this machine: some ten seconds")
+
+
 def load_hunter(
     path: Any, robot: str | None, given: dict[str, Any], note: Callable[[str], None]
 ) -> Any:
@@ -99,4 +107,5 @@ def load_hunter(
     said = check_interface(genome, predator.name, predator.interface, predator.digest)
     if said:
         note(said)
+    note_compiling(note)
     return genome, *parts

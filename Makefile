@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 RUN    ?= runs/demo
 # The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
-NODE_EXTRA := $(shell node -e 'process.exit(+process.versions.node.split(".")[0] < 18)' 2>/dev/null || echo ,node)
+NODE_EXTRA := $(shell node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' 2>/dev/null || echo ,node)
 
 .PHONY: demo test check hil firmware benchmark paper clean setup
 

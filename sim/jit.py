@@ -50,7 +50,7 @@ def cache_folder() -> Path:
 
 def is_compiled() -> bool:
     """Say whether this machine has compiled the world step before, as far as one can tell."""
-    return Path(numba.config.CACHE_DIR).is_dir()
+    return any(Path(cast(Any, numba.config).CACHE_DIR).rglob("*.nbc"))
 
 
 def _prepare() -> None:

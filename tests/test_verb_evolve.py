@@ -15,6 +15,7 @@ FEW = ["--generations", "25", "--population", "8"]
 @pytest.fixture(autouse=True)
 def toy(monkeypatch, tmp_path):
     monkeypatch.setattr(evolve, "_make_world", lambda record, threads: ToyWorld())
+    monkeypatch.setattr(evolve, "note_compiling", lambda note: None)
     monkeypatch.chdir(tmp_path)
 
 
@@ -116,3 +117,12 @@ def test_another_world_step_is_not_mixed_in(capsys, monkeypatch):
     (Path("r") / "best.genome").unlink()
     assert cli.main(["resume", "r"]) == 3
     assert "world step has changed" in capsys.readouterr().err
+
+
+def test_the_first_call_on_a_machine_says_that_it_compiles(capsys, monkeypatch):
+    from cgagen.verbs import world_options
+
+    monkeypatch.setattr(evolve, "note_compiling", world_options.note_compiling)
+    monkeypatch.setattr("sim.jit.is_compiled", lambda: False)
+    assert cli.main(["evolve", *FEW, "--run", "r"]) == 0
+    assert "once on this machine" in capsys.readouterr().err

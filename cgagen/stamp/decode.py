@@ -33,7 +33,7 @@ def decode_at(eeprom: bytes, address: int, model: Chip) -> Instruction:
     >>> from cgagen.stamp.chips import chip
     >>> led = decode_at(bytes(2044) + bytes.fromhex("140e07c0"), 14, chip("BS2"))
     >>> led.name, led.operands[0][0].value, led.end
-    ('HIGH', 3, 29)
+    ('HIGH', 3, 30)
     """
     return decode_stream(stream_of(eeprom), address, model)
 

@@ -1,6 +1,8 @@
 """A chip's sixteen pins: an output latch and a direction each, and the wire it is on.
 
-Ref: S2 p. 82 for the registers. Reading gives the level of the wire, also of an output.
+Ref: S2 p. 82 for the registers. Reading gives the level of the wire, also of an output. The
+programming port is two wires more: pin 16 is SIN when it is read, and SOUT has a method. On
+both, 0 is the mark of an idle line and 1 a space, whatever a baud word says. Ref: S2 p. 419.
 """
 
 from collections.abc import Callable
@@ -8,6 +10,8 @@ from collections.abc import Callable
 from cgagen.emulator.wires import Wire
 
 PINS = 16
+SIN = 16
+"""The pin number of the programming port's input."""
 
 
 class Pins:
@@ -21,20 +25,23 @@ class Pins:
         floated: told the pin.
     """
 
-    __slots__ = ("_floated", "_floating", "_names", "directions", "latch", "wires")
+    __slots__ = ("_floated", "_floating", "_names", "directions", "latch", "sout", "wires")
 
     def __init__(self, owner: str, floated: Callable[[int], None] = lambda pin: None) -> None:
         self.latch = 0
         self.directions = 0
         self._names = [f"{owner}.P{pin}" for pin in range(PINS)]
         self.wires = [Wire(name) for name in self._names]
+        self.wires.append(Wire(f"{owner}.SIN", pull=0))
+        self.sout = Wire(f"{owner}.SOUT", pull=0)
         self._floating: set[int] = set()
         self._floated = floated
 
     def connect(self, pin: int, wire: Wire) -> None:
-        """Put a pin on a wire."""
+        """Put a pin, or `SIN`, on a wire."""
         self.wires[pin] = wire
-        self._show(1 << pin)
+        if pin < PINS:
+            self._show(1 << pin)
 
     def set_latch(self, latch: int) -> None:
         """Write OUTS."""
@@ -46,8 +53,12 @@ class Pins:
         changed, self.directions = self.directions ^ directions, directions
         self._show(changed)
 
+    def send(self, level: int) -> None:
+        """Set SOUT: driven for a space, let go of for a mark, as the board's circuit does."""
+        self.sout.drive(self.sout.name, level or None)
+
     def level(self, pin: int) -> int:
-        """Read one pin: 0 or 1."""
+        """Read one pin, or `SIN`: 0 or 1."""
         level = self.wires[pin].level
         if level is None:
             if pin not in self._floating:
@@ -63,8 +74,8 @@ class Pins:
         rarely cares for all of them.
         """
         word = 0
-        for pin, wire in enumerate(self.wires):
-            if wire.level:
+        for pin in range(PINS):
+            if self.wires[pin].level:
                 word |= 1 << pin
         return word
 

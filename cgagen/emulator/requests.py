@@ -16,7 +16,7 @@ class Delay(NamedTuple):
 
 
 class Until(NamedTuple):
-    """Go on when a pin reads a level, at once where it does already.
+    """Go on when a pin, or `cgagen.emulator.pins.SIN`, reads a level, at once where it does.
 
     Resumed with the nanoseconds that have passed, or with None when `timeout_ns` were over first.
     """

@@ -1,0 +1,206 @@
+"""Every duration and unit of the chips, in one place.
+
+The interpreter reads a bit-packed program from a serial EEPROM. Its time is modelled as::
+
+    fetch_ns + bits * bit_ns + jump_ns for a jump that is taken + operations + time at the pins
+
+The model is ours, fitted to what was measured on a BS2: HIGH takes 140 us and GOTO 290 us
+(Ref: S7). It is good for +-20 %, for +-40 % with slow operators. No other model was measured:
+theirs are the BS2's numbers by the ratio of instructions per second (Ref: S2, tables of models).
+Units of instructions with pins are the manual's and exact where the row says so.
+
+A laboratory that has measured its own chip calibrates with `dataclasses.replace`:
+
+>>> from dataclasses import replace
+>>> from cgagen.stamp.chips import chip
+>>> mine = replace(timing_of(chip("BS2")), fetch_ns=21_000)
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+from cgagen.stamp.chips import Chip
+
+US = 1_000
+MS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """One chip's durations, in nanoseconds.
+
+    Attributes:
+        fetch_ns: every instruction, before its bits. BS2 22 us. Ref: fit to S7, +-20 %.
+        bit_ns: every bit of an instruction. BS2 8 us. Ref: fit to S7, +-20 %.
+        jump_ns: every jump that is taken: the EEPROM is addressed anew. BS2 100 us.
+            Ref: fit to S7, +-20 %.
+        simple_ns: + - & | ^ ~ shifts MIN MAX ABS NCD DCD REV and comparisons. BS2 3 us.
+            Ref: choice, +-40 %.
+        multiply_ns: * ** */. BS2 50 us. Ref: choice, +-40 %.
+        divide_ns: / // DIG. BS2 90 us. Ref: choice, +-40 %.
+        root_ns: SQR HYP ATN. BS2 150 us. Ref: choice, +-40 %.
+        sine_ns: SIN COS. BS2 50 us. Ref: choice, +-40 %.
+        read_ns: READ, besides its bits: one random access. BS2 100 us. Ref: choice, +-40 %.
+        write_ns: WRITE, besides its bits: the EEPROM burns a byte. 5 ms. Ref: S2 p. 461 says
+            "several milliseconds"; choice, 2 to 10 ms.
+        slow_clock_ns: what SLEEP, END and POLLWAIT count in: 2.304 s. Ref: S2 p. 441, +-1 %
+            for SLEEP.
+        nap_ns: NAP 0, doubled by each step. 18 ms. Ref: S2 p. 301, -50 % to +100 %.
+        glitch_ns: pins are inputs so long at each wake-up of END, NAP, SLEEP and POLLWAIT.
+            18 ms, 60 us on a BS2pe. Ref: S2 p. 187, 442.
+        pause_ns: one unit of PAUSE: 1 ms. Ref: S2 PAUSE, +-1 %.
+        pulsout_ns: one unit of PULSOUT. Ref: S2 p. 347, exact but for the resonator.
+        pulsin_ns: one unit of PULSIN. Ref: S2 p. 343; for a BS2p S5 says 750 instead of 800.
+        rctime_ns: one unit of RCTIME. Ref: S2 p. 363; for a BS2p S9 (2.0c) says 900, not 750.
+        count_ns: one unit of COUNT's duration. BS2 1 ms, BS2sx 400 us, BS2p 287 us, BS2pe
+            720 us. Ref: S2 p. 149, "approximate".
+        count_pulse_ns: the shortest half of a pulse that COUNT sees. Ref: S2 p. 149.
+        pwm_ns: one cycle of PWM. BS2 1 ms, BS2p 1 ms / 1.53. Ref: S5 (PWM).
+        freqout_ns: one unit of FREQOUT's duration. BS2 1 ms, BS2p 0.265 ms. Ref: S5 (FREQOUT).
+        freqout_millihertz: one unit of FREQOUT's frequency. BS2 1 Hz, BS2p 3.77 Hz. Ref: S5.
+        dtmf_ns: one unit of DTMFOUT's on and off times. As FREQOUT's. Ref: S5 (DTMFOUT).
+        dtmf_millihertz: what DTMFOUT's tones scale by. As FREQOUT's. Ref: choice.
+        serin_timeout_ns: one unit of SERIN's time-out. BS2 1 ms, BS2p 0.4 ms. Ref: S2 p. 394.
+        serout_timeout_ns: one unit of SEROUT's time-out. BS2 1 ms, BS2p 0.4 ms. Ref: S2 p. 416.
+        serout_pace_ns: one unit of SEROUT's pace: 1 ms. Ref: S2 p. 416.
+        serial_unit_ns: what a baud word counts in: bit time = (bits 0 to 12 + 20) units. 1 us,
+            0.4 us on BS2sx and BS2p. Ref: S2 p. 419, 431.
+        shift_high_ns: clock high time of SHIFTIN and SHIFTOUT. BS2 14 us, BS2p 5.6 us.
+            Ref: S2 p. 435.
+        shift_low_ns: clock low time of them. BS2 46 us, BS2p 18 us. Ref: S2 p. 435.
+    """
+
+    fetch_ns: int
+    bit_ns: int
+    jump_ns: int
+    simple_ns: int
+    multiply_ns: int
+    divide_ns: int
+    root_ns: int
+    sine_ns: int
+    read_ns: int
+    write_ns: int
+    slow_clock_ns: int
+    nap_ns: int
+    glitch_ns: int
+    pause_ns: int
+    pulsout_ns: int
+    pulsin_ns: int
+    rctime_ns: int
+    count_ns: int
+    count_pulse_ns: int
+    pwm_ns: int
+    freqout_ns: int
+    freqout_millihertz: int
+    dtmf_ns: int
+    dtmf_millihertz: int
+    serin_timeout_ns: int
+    serout_timeout_ns: int
+    serout_pace_ns: int
+    serial_unit_ns: int
+    shift_high_ns: int
+    shift_low_ns: int
+
+    def operator_ns(self, code: int) -> int:
+        """Return what an operator takes, by its code in `cgagen.stamp.opcodes`."""
+        name = _SLOW.get(code, "simple_ns")
+        result: int = getattr(self, name)
+        return result
+
+
+_SLOW = {
+    **dict.fromkeys((0x11, 0x12, 0x13), "multiply_ns"),  # */ * **
+    **dict.fromkeys((0x14, 0x15, 0x16), "divide_ns"),  # // / DIG
+    **dict.fromkeys((0x00, 0x08, 0x09), "root_ns"),  # SQR HYP ATN
+    **dict.fromkeys((0x06, 0x07), "sine_ns"),  # COS SIN
+}
+
+INSTRUCTIONS_PER_S = {"BS2": 4000, "BS2e": 4000, "BS2sx": 10000, "BS2p": 12000, "BS2pe": 6000}
+"""Ref: S2, the table of models: they scale what the interpreter does itself."""
+
+_FIT_US = {
+    # of a BS2; see Timing
+    "fetch_ns": 22,
+    "bit_ns": 8,
+    "jump_ns": 100,
+    "simple_ns": 3,
+    "multiply_ns": 50,
+    "divide_ns": 90,
+    "root_ns": 150,
+    "sine_ns": 50,
+    "read_ns": 100,
+}
+
+_SLOW_UNITS = {  # BS2, BS2e, BS2pe
+    "count_ns": MS,
+    "count_pulse_ns": 4_160,
+    "pwm_ns": MS,
+    "freqout_ns": MS,
+    "freqout_millihertz": 1_000,
+    "dtmf_ns": MS,
+    "dtmf_millihertz": 1_000,
+    "serin_timeout_ns": MS,
+    "serout_timeout_ns": MS,
+    "serial_unit_ns": US,
+    "shift_high_ns": 14 * US,
+    "shift_low_ns": 46 * US,
+}
+_SX_UNITS = {  # the same instruction loops, 2.5 times as fast: Ref: S5 (its conditional constants)
+    **_SLOW_UNITS,
+    "count_ns": 400 * US,
+    "count_pulse_ns": 1_660,
+    "pwm_ns": 400 * US,
+    "freqout_ns": 400 * US,
+    "freqout_millihertz": 2_500,
+    "dtmf_ns": 400 * US,
+    "dtmf_millihertz": 2_500,
+    "serin_timeout_ns": 400 * US,
+    "serout_timeout_ns": 400 * US,
+    "serial_unit_ns": 400,
+    "shift_high_ns": 5_600,
+    "shift_low_ns": 18 * US,
+}
+_P_UNITS = {
+    **_SX_UNITS,
+    "count_ns": 287 * US,
+    "count_pulse_ns": 1_200,
+    "pwm_ns": 653_595,
+    "freqout_ns": 265 * US,
+    "freqout_millihertz": 3_770,
+    "dtmf_ns": 265 * US,
+    "dtmf_millihertz": 3_770,
+}
+_UNITS = {
+    "BS2": _SLOW_UNITS,
+    "BS2e": _SLOW_UNITS,
+    "BS2sx": _SX_UNITS,
+    "BS2p": _P_UNITS,
+    "BS2pe": {**_SLOW_UNITS, "count_ns": 720 * US, "count_pulse_ns": 3 * US},  # Ref: S2 p. 149
+}
+
+
+@cache
+def timing_of(model: Chip) -> Timing:
+    """Return the durations of a model.
+
+    >>> from cgagen.stamp.chips import chip
+    >>> timing_of(chip("BS2")).fetch_ns, timing_of(chip("BS2p")).fetch_ns
+    (22000, 7333)
+    """
+    rate = INSTRUCTIONS_PER_S[model.name]
+    interpreter = {
+        name: round(us * US * INSTRUCTIONS_PER_S["BS2"] / rate) for name, us in _FIT_US.items()
+    }
+    return Timing(
+        **interpreter,
+        **_UNITS[model.name],
+        write_ns=5 * MS,
+        slow_clock_ns=2_304 * MS,
+        nap_ns=18 * MS,
+        glitch_ns=60 * US if model.name == "BS2pe" else 18 * MS,
+        pause_ns=MS,
+        pulsout_ns=model.pulsout_unit_ns,
+        pulsin_ns=model.pulsin_unit_ns,
+        rctime_ns=model.rctime_unit_ns,
+        serout_pace_ns=MS,
+    )

@@ -1,6 +1,7 @@
 """One clock for the whole bench: integer nanoseconds and a queue.
 
 What happens at equal times happens in the order in which it was booked, so runs repeat exactly.
+A queue of actions cannot be copied; whoever books keeps its booking in a `Timer`, which can.
 """
 
 import heapq
@@ -13,12 +14,19 @@ Action = Callable[[], None]
 
 
 class Event:
-    """Something booked. `cancel()` makes nothing of it; cancelling twice does no harm."""
+    """Something booked. `cancel()` makes nothing of it; cancelling twice does no harm.
 
-    __slots__ = ("action", "time_ns")
+    Attributes:
+        time_ns: when.
+        order: which of the bookings of the whole run it was; decides at equal times.
+        action: what; None when it was cancelled or is done.
+    """
 
-    def __init__(self, time_ns: int, action: Action | None) -> None:
+    __slots__ = ("action", "order", "time_ns")
+
+    def __init__(self, time_ns: int, order: int, action: Action | None) -> None:
         self.time_ns = time_ns
+        self.order = order
         self.action = action
 
     def cancel(self) -> None:
@@ -53,14 +61,33 @@ class Clock:
         """
         if time_ns < self.now_ns:
             raise ValueError(f"{time_ns} ns is past; it is {self.now_ns} ns")
-        event = Event(time_ns, action)
         self._order += 1
-        heapq.heappush(self._queue, (time_ns, self._order, event))
-        return event
+        return self.rebook(time_ns, self._order, action)
 
     def after(self, delay_ns: int, action: Action) -> Event:
         """Book an action for `delay_ns` from now. Zero means: later in this instant."""
         return self.at(self.now_ns + delay_ns, action)
+
+    def rebook(self, time_ns: int, order: int, action: Action) -> Event:
+        """Book an action again at the place that it had in a state that was restored."""
+        event = Event(time_ns, order, action)
+        heapq.heappush(self._queue, (time_ns, order, event))
+        return event
+
+    def bookings(self) -> list[tuple[int, int]]:
+        """Return time and order of everything that is booked, the next first."""
+        return sorted((time, order) for time, order, event in self._queue if event.action)
+
+    def state(self) -> tuple[int, int]:
+        """Return what `restore` needs; bookings are the business of those who made them."""
+        return self.now_ns, self._order
+
+    def restore(self, state: tuple[int, int]) -> None:
+        """Go back to a time with an empty queue; each owner then calls `rebook`."""
+        for _, _, event in self._queue:
+            event.action = None
+        self._queue.clear()
+        self.now_ns, self._order = state
 
     def next_ns(self) -> int:
         """Return the time of the next booking, or `NEVER_NS`."""
@@ -85,3 +112,60 @@ class Clock:
         while self.next_ns() <= time_ns:
             self.run_next()
         self.now_ns = max(self.now_ns, time_ns)
+
+
+Booking = tuple[int, int]
+"""Time and order of an event."""
+
+
+class Timer:
+    """One action that is booked at most once at a time, and whose booking can be remembered.
+
+    >>> clock, seen = Clock(), []
+    >>> timer = Timer(clock, lambda: seen.append(clock.now_ns))
+    >>> timer.after(30); before, booked = clock.state(), timer.state()
+    >>> clock.run_until(100); clock.restore(before); timer.restore(booked)
+    >>> clock.run_until(100); seen
+    [30, 30]
+    """
+
+    __slots__ = ("_action", "_clock", "_event")
+
+    def __init__(self, clock: Clock, action: Action) -> None:
+        self._clock = clock
+        self._action = action
+        self._event: Event | None = None
+
+    def at(self, time_ns: int) -> None:
+        """Book the action, in place of an earlier booking.
+
+        Raises:
+            ValueError: the time is past.
+        """
+        self.cancel()
+        self._event = self._clock.at(time_ns, self._action)
+
+    def after(self, delay_ns: int) -> None:
+        """Book the action for `delay_ns` from now."""
+        self.at(self._clock.now_ns + delay_ns)
+
+    def cancel(self) -> None:
+        """Take the booking back; harmless where there is none."""
+        if self._event is not None:
+            self._event.cancel()
+            self._event = None
+
+    @property
+    def due_ns(self) -> int | None:
+        """When the action comes; None where it is not booked."""
+        state = self.state()
+        return None if state is None else state[0]
+
+    def state(self) -> Booking | None:
+        """Return the booking as a value; None where there is none."""
+        event = self._event
+        return None if event is None or event.action is None else (event.time_ns, event.order)
+
+    def restore(self, state: Booking | None) -> None:
+        """Make the booking what it was; `Clock.restore` has been called before."""
+        self._event = None if state is None else self._clock.rebook(*state, self._action)

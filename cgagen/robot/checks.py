@@ -175,18 +175,21 @@ def _light(robot: Robot) -> str | None:
 
 
 def _start_pose(robot: Robot) -> str | None:
-    """Every movement ends with the left front leg forward and down. Ref: S1 II.A."""
+    """Every movement ends on six legs, the left front one forward. Ref: S1 II.A.
+
+    A walk that ends with legs in the air would lift in the frames of a push.
+    """
     for step in robot.steps:
         if step.order == "hold":
             continue
         last = robot.gait.poses[phases_of(robot, step)[-1].pose]
         left_front = LEGS.index("LF")
         ahead = last.forward[left_front] == (step.left_deg > 0)
-        if last.up[left_front] or not ahead:
+        if any(last.up) or not ahead:
             return (
-                f"[movement.{step.movement}] first_phase: it ends with the left front leg not "
-                f"forward and down; choose another phase of 1 to {PHASES}, or the other sign of "
-                "left_deg"
+                f"[movement.{step.movement}] first_phase: it does not end on six legs with the "
+                f"left front leg forward; choose another phase of 1 to {PHASES}, or the other "
+                "sign of left_deg"
             )
     return None
 

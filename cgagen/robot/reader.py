@@ -283,6 +283,7 @@ def _curve(table: Table) -> tuple[tuple[float, int], ...]:
         match row:
             case [int() | float() as inches, int() as count] if (
                 not isinstance(inches, bool)
+                and not isinstance(count, bool)
                 and 0 <= inches <= FARTHEST_IN
                 and 1 <= count <= 65_535
                 and (not points or (inches > points[-1][0] and count > points[-1][1]))
@@ -328,6 +329,8 @@ def _reflex(table: Table) -> Reflex:
             answers=tuple(_movement(policy, sonar) for sonar in SONARS[Role.PREY]),
         )
         policy.done()
+    if not policies:
+        raise table.error("policies", f"none; wanted [{tables.path}.NAME] for each policy")
     reflex = Reflex(
         policy_name=table.text("policy", tuple(policies)),
         policies=policies,

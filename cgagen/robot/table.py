@@ -44,7 +44,9 @@ class Table:
     def error(self, key: str, sentence: str) -> RobotError:
         """Return (not raise) a refusal of one key of this table."""
         where = f"[{self.path}] {key}" if self.path else key
-        return RobotError(f"{self.file}: {where}: {sentence}")
+        whole = f"{self.file}: {where}: {sentence}"
+        # A key may hold any character; what reaches a terminal stays on one line.
+        return RobotError("".join(one if one.isprintable() else "?" for one in whole))
 
     def take(self, key: str, kind: str) -> Any:
         """Return a key's value, whatever it is; `kind` says in words what is wanted."""

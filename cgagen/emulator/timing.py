@@ -55,11 +55,13 @@ class Timing:
         count_ns: one unit of COUNT's duration. BS2 1 ms, BS2sx 400 us, BS2p 287 us, BS2pe
             720 us. Ref: S2 p. 149, "approximate".
         count_pulse_ns: the shortest half of a pulse that COUNT sees. Ref: S2 p. 149.
-        pwm_ns: one cycle of PWM. BS2 1 ms, BS2p 1 ms / 1.53. Ref: S5 (PWM).
-        freqout_ns: one unit of FREQOUT's duration. BS2 1 ms, BS2p 0.265 ms. Ref: S5 (FREQOUT).
-        freqout_millihertz: one unit of FREQOUT's frequency. BS2 1 Hz, BS2p 3.77 Hz. Ref: S5.
-        dtmf_ns: one unit of DTMFOUT's on and off times. As FREQOUT's. Ref: S5 (DTMFOUT).
-        dtmf_millihertz: what DTMFOUT's tones scale by. As FREQOUT's. Ref: choice.
+        pwm_ns: one cycle of PWM. BS2 1 ms, BS2p 1 ms / 1.53, BS2pe 1.62 ms. Ref: S5 and S4 (PWM).
+            S7 measured 1.15 ms on a BS2.
+        freqout_ns: one unit of FREQOUT's duration. BS2 1 ms, BS2p 0.265 ms. Ref: S2 p. 199.
+        freqout_millihertz: one unit of FREQOUT's frequency. BS2 1 Hz, BS2p 3.77 Hz, BS2pe
+            1.51 Hz. Ref: S2 p. 199.
+        dtmf_on_ns: one unit of DTMFOUT's on time. As FREQOUT's. Ref: S2 p. 179.
+        dtmf_off_ns: one unit of DTMFOUT's off time: 1 ms. Ref: S2 p. 179.
         serin_timeout_ns: one unit of SERIN's time-out. BS2 1 ms, BS2p 0.4 ms. Ref: S2 p. 394.
         serout_timeout_ns: one unit of SEROUT's time-out. BS2 1 ms, BS2p 0.4 ms. Ref: S2 p. 416.
         serout_pace_ns: one unit of SEROUT's pace: 1 ms. Ref: S2 p. 416.
@@ -68,6 +70,10 @@ class Timing:
         shift_high_ns: clock high time of SHIFTIN and SHIFTOUT. BS2 14 us, BS2p 5.6 us.
             Ref: S2 p. 435.
         shift_low_ns: clock low time of them. BS2 46 us, BS2p 18 us. Ref: S2 p. 435.
+        shift_setup_ns: from the first clock low to the first bit, and from there to the first
+            clock high. BS2 15 us, BS2p 6.3 us. Ref: S2 p. 435 (t_a).
+        shift_hold_ns: from clock low to the next bit. BS2 30 us, BS2p 12.5 us. Ref: S2 p. 435.
+        i2c_bit_ns: one bit of I2CIN and I2COUT. BS2p 81 kbit/s, BS2pe 45 kbit/s. Ref: S2 p. 218.
     """
 
     fetch_ns: int
@@ -92,14 +98,17 @@ class Timing:
     pwm_ns: int
     freqout_ns: int
     freqout_millihertz: int
-    dtmf_ns: int
-    dtmf_millihertz: int
+    dtmf_on_ns: int
+    dtmf_off_ns: int
     serin_timeout_ns: int
     serout_timeout_ns: int
     serout_pace_ns: int
     serial_unit_ns: int
     shift_high_ns: int
     shift_low_ns: int
+    shift_setup_ns: int
+    shift_hold_ns: int
+    i2c_bit_ns: int
 
     def operator_ns(self, code: int) -> int:
         """Return what an operator takes, by its code in `cgagen.stamp.opcodes`."""
@@ -137,13 +146,15 @@ _SLOW_UNITS = {  # BS2, BS2e, BS2pe
     "pwm_ns": MS,
     "freqout_ns": MS,
     "freqout_millihertz": 1_000,
-    "dtmf_ns": MS,
-    "dtmf_millihertz": 1_000,
+    "dtmf_on_ns": MS,
     "serin_timeout_ns": MS,
     "serout_timeout_ns": MS,
     "serial_unit_ns": US,
     "shift_high_ns": 14 * US,
     "shift_low_ns": 46 * US,
+    "shift_setup_ns": 15 * US,
+    "shift_hold_ns": 30 * US,
+    "i2c_bit_ns": 22_222,
 }
 _SX_UNITS = {  # the same instruction loops, 2.5 times as fast: Ref: S5 (its conditional constants)
     **_SLOW_UNITS,
@@ -152,13 +163,15 @@ _SX_UNITS = {  # the same instruction loops, 2.5 times as fast: Ref: S5 (its con
     "pwm_ns": 400 * US,
     "freqout_ns": 400 * US,
     "freqout_millihertz": 2_500,
-    "dtmf_ns": 400 * US,
-    "dtmf_millihertz": 2_500,
+    "dtmf_on_ns": 400 * US,
     "serin_timeout_ns": 400 * US,
     "serout_timeout_ns": 400 * US,
     "serial_unit_ns": 400,
     "shift_high_ns": 5_600,
     "shift_low_ns": 18 * US,
+    "shift_setup_ns": 6_300,
+    "shift_hold_ns": 12_500,
+    "i2c_bit_ns": 12_346,
 }
 _P_UNITS = {
     **_SX_UNITS,
@@ -167,15 +180,20 @@ _P_UNITS = {
     "pwm_ns": 653_595,
     "freqout_ns": 265 * US,
     "freqout_millihertz": 3_770,
-    "dtmf_ns": 265 * US,
-    "dtmf_millihertz": 3_770,
+    "dtmf_on_ns": 265 * US,
 }
 _UNITS = {
     "BS2": _SLOW_UNITS,
     "BS2e": _SLOW_UNITS,
     "BS2sx": _SX_UNITS,
     "BS2p": _P_UNITS,
-    "BS2pe": {**_SLOW_UNITS, "count_ns": 720 * US, "count_pulse_ns": 3 * US},  # Ref: S2 p. 149
+    "BS2pe": {
+        **_SLOW_UNITS,
+        "count_ns": 720 * US,
+        "count_pulse_ns": 3 * US,
+        "pwm_ns": 1_620 * US,
+        "freqout_millihertz": 1_510,
+    },
 }
 
 
@@ -203,4 +221,5 @@ def timing_of(model: Chip) -> Timing:
         pulsin_ns=model.pulsin_unit_ns,
         rctime_ns=model.rctime_unit_ns,
         serout_pace_ns=MS,
+        dtmf_off_ns=MS,
     )

@@ -41,6 +41,9 @@ slice, the four bytes (4.2 ms) and a frame must fit into 45 ms."""
 READING_MS = 500
 """How long the main controller waits for each byte of the readings. Choice."""
 
+PROMPT_GAP_MS = 2
+"""What a host leaves between a prompt and what it sends: a BS2 takes 0.7 ms to get to its SERIN."""
+
 BYTE_GAP_MS = 1
 """What a host leaves between two bytes of the readings: HEX needs time to store a number."""
 

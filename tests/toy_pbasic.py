@@ -1,7 +1,8 @@
 """A toy that runs routines of the generated PBASIC from their text, to test what they say.
 
-No timing, no pins, no tokens: assignments, IF, FOR, READ, LOOKUP, jumps and calls, with PBASIC's
-left-to-right arithmetic of 16 bits. It knows just what the templates use and refuses the rest.
+No timing and no tokens: assignments, IF, FOR, READ, LOOKUP, jumps and calls, with PBASIC's
+left-to-right arithmetic of 16 bits; SERIN takes what `inbox` holds, pins are what `level` says. It
+knows just what the templates use and refuses the rest.
 """
 
 import re
@@ -38,6 +39,10 @@ def _tokens(text: str) -> tuple[str, ...]:
     return tokens
 
 
+class SilenceError(Exception):
+    """The program listens, and `inbox` is empty."""
+
+
 class Toy:
     """One program; `run` executes a routine up to its RETURN."""
 
@@ -50,6 +55,11 @@ class Toy:
         self.lines: list[str] = []
         self.targets: dict[str, int] = {}
         self.frames: list[dict[str, int]] = []
+        self.pins: dict[str, int] = {}
+        self.level: Callable[[str], int] = lambda pin: 1
+        self.events: list[str] = []
+        self.sent = ""
+        self.inbox: list[str] = []
         code = [re.sub(r"'[^\n]*", "", line).strip() for line in source.splitlines()]
         code = re.sub(r",\n\s*", ", ", "\n".join(code)).splitlines()
         for line in filter(None, code):
@@ -57,7 +67,9 @@ class Toy:
 
     def _declare(self, line: str) -> None:
         words = line.split()
-        if len(words) > 2 and words[1] in ("CON", "PIN"):
+        if len(words) > 2 and words[1] == "PIN":
+            self.pins[words[0].upper()] = int(words[2])
+        elif len(words) > 2 and words[1] == "CON":
             self.constants[words[0].upper()] = self.value(" ".join(words[2:]))
         elif len(words) > 2 and words[1] == "VAR":
             size = re.match(r"(Bit|Nib|Byte|Word)\b", words[2])
@@ -124,6 +136,8 @@ class Toy:
 
     def get(self, name: str, index: int = 0) -> int:
         root, modifier = self._root(name)
+        if root in self.pins:
+            return self.level(root)
         if root in self.constants:
             return self.constants[root]
         if modifier:
@@ -186,14 +200,55 @@ class Toy:
             self.set(name, self.value(items.split(", ")[self.value(index)]))
         elif word == "PULSOUT":
             pin, width = rest.split(", ")
-            if self.value(pin) == 0 or not self.frames:
+            if self.pins[pin.upper()] == 0 or not self.frames:
                 self.frames.append({})
             self.frames[-1][pin] = self.value(width)
+        elif word in ("LOW", "HIGH", "INPUT", "PAUSE"):
+            self.events.append(line)
+        elif word == "SEROUT":
+            self.sent += "".join(self._item(item) for item in _items(rest))
+        elif word == "SERIN":
+            heard = self._receive(_items(rest))
+            return pc + 1 if heard else self.targets[rest.split(", ")[3].upper()]
         else:
             name, equals, expression = line.partition(" = ")
             assert equals, f"the toy does not know {line!r}"
             self.set(name, self.value(expression))
         return pc + 1
+
+    def _item(self, item: str) -> str:
+        if item.startswith('"'):
+            return item.strip('"')
+        word, _, rest = item.partition(" ")
+        if item == "CR":
+            return "\r"
+        if item.startswith("STR"):
+            return "".join(chr(self.get("request", index)) for index in range(4))
+        if word == "DEC":
+            return str(self.value(rest))
+        if word.startswith("HEX"):
+            digits = int(word[3:])
+            return f"{self.value(rest):0{digits}X}"[-digits:]
+        return chr(self.value(item))
+
+    def _receive(self, items: list[str]) -> bool:
+        """Store what came; False for a time-out."""
+        self.events.append("listens")
+        if not self.inbox:
+            raise SilenceError
+        text = self.inbox.pop(0)
+        for item in items:
+            if item.startswith("STR"):
+                for index, character in enumerate(text[:4]):
+                    self.set(f"request({index})", ord(character))
+                return len(text) >= 4
+            word, _, name = item.partition(" ")
+            found = re.match(rf"[^0-9A-F]*([0-9A-F]{{1,{word[3:]}}})", text)
+            if not found:
+                return False
+            self.set(name, int(found[1], 16))
+            text = text[found.end() :]
+        return True
 
     def _if(self, pc: int, stack: list[int]) -> int:
         condition, _, then = re.sub(r"^(IF|ELSEIF) ", "", self.lines[pc]).partition(" THEN")
@@ -240,3 +295,9 @@ class Toy:
         name, start, end, step = self._for(top)
         self.set(name, self.get(name) + self.value(step))
         return top + 1 if self.value(start) <= self.get(name) <= self.value(end) else pc + 1
+
+
+def _items(rest: str) -> list[str]:
+    """The items of a list in brackets."""
+    inside = rest[rest.index("[") + 1 : rest.rindex("]")]
+    return re.findall(r'("[^"]*"|[^,\s][^,]*)', inside)

@@ -114,7 +114,9 @@ def _constants(robot: Robot) -> list[str]:
         lines += [
             con("GoTime", protocol.GO_MS, "ms that the step line is held low for GO"),
             con("PollTime", POLL_MS, "ms between two looks at the step line"),
-            con("StepPolls", -(-timeout_ms // POLL_MS), f"more than {timeout_ms} ms: a movement"),
+            con(
+                "StepPolls", -(-timeout_ms // POLL_MS), f"{timeout_ms} ms, longer than any movement"
+            ),
         ]
     # Rounded up: a trigger may be longer than the data sheet's least, never shorter.
     trigger = int(-(-robot.echo.trigger_us * 1000 // robot.main.pulsout_unit_ns))

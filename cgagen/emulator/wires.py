@@ -93,9 +93,7 @@ class Wire:
         else:
             self._drivers[driver] = code
         if max(before, code) >= _OUTPUT:
-            for wire in self._group:
-                for watcher in tuple(wire._watchers):
-                    watcher()
+            _tell(self._group)
         self._settle()
 
     def listen(self, listener: Listener) -> Callable[[], None]:
@@ -153,6 +151,7 @@ class Wire:
         group = self._group + other._group
         for wire in group:
             wire._group = group
+        _tell(group)
         self._settle()
 
     def leave(self) -> None:
@@ -161,6 +160,7 @@ class Wire:
         for wire in rest:
             wire._group = rest
         self._group = (self,)
+        _tell((self, *rest))
         self._settle()
         for wire in rest[:1]:
             wire._settle()
@@ -211,3 +211,9 @@ class Wire:
 
 _OUTPUT = 2 * Strength.OUTPUT
 _NOBODY = -1
+
+
+def _tell(group: tuple[Wire, ...]) -> None:
+    for wire in group:
+        for watcher in tuple(wire._watchers):
+            watcher()

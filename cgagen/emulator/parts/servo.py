@@ -1,0 +1,160 @@
+"""A hobby servo: the width of a pulse is an angle. Ref: S10 for pulses and the 50 ms.
+
+It turns towards the angle of the last pulse at its speed, holds it, and goes limp when pulses
+stay away.
+
+Left out: load, overshoot, dead band, current, and the way a servo sags when it is limp.
+"""
+
+from typing import NamedTuple
+
+from cgagen.emulator.clock import NEVER_NS, Clock
+from cgagen.emulator.parts.part import Part
+from cgagen.emulator.wires import Wire
+
+CENTRE_NS = 1_500_000
+NS_PER_DEG = 10_000
+"""Ref: choice; 1 ms for some 90 degrees is what most hobby servos do."""
+LEAST_NS, MOST_NS = 900_000, 2_100_000
+"""Wider than S10's 1 to 2 ms by what a servo still follows; its end stops. Choice."""
+SHORTEST_NS, LONGEST_NS = 500_000, 2_500_000
+"""Pulses outside of this are none. Choice."""
+NS_PER_TURNED_DEG = 0.2e9 / 60
+"""60 degrees in 0.2 s. Ref: choice; the robot files reckon with the same speed."""
+LIMP_NS = 50_000_000
+
+
+class Pulses(NamedTuple):
+    """What a servo has seen since it was made, or since `forget`.
+
+    Attributes:
+        taken: pulses that it took.
+        odd: pulses that were too short or too long to be any.
+        shortest_ns: width, likewise the next.
+        longest_ns: see there.
+        shortest_period_ns: from one rising edge to the next; `NEVER_NS` before two pulses.
+        longest_period_ns: likewise; 0 before two pulses.
+        limp: how often it went limp after it had been held.
+    """
+
+    taken: int
+    odd: int
+    shortest_ns: int
+    longest_ns: int
+    shortest_period_ns: int
+    longest_period_ns: int
+    limp: int
+
+    @property
+    def jitter_ns(self) -> int:
+        """How much the period varies."""
+        return max(self.longest_period_ns - self.shortest_period_ns, 0)
+
+
+_NONE = Pulses(0, 0, NEVER_NS, 0, NEVER_NS, 0, 0)
+
+
+class Servo(Part):
+    """One servo. It books nothing: where it stands follows from the pulses.
+
+    Args:
+        name: as the bench calls it.
+        clock: the bench's.
+        signal: the wire on its control input.
+        ns_per_deg: of pulse width.
+        ns_per_turned_deg: speed.
+        angle_deg: where it stands before the first pulse.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        clock: Clock,
+        signal: Wire,
+        ns_per_deg: float = NS_PER_DEG,
+        ns_per_turned_deg: float = NS_PER_TURNED_DEG,
+        angle_deg: float = 0.0,
+    ) -> None:
+        super().__init__(name, clock)
+        self._ns_per_deg = ns_per_deg
+        self._ns_per_turned_deg = ns_per_turned_deg
+        self._from_deg = self._target_deg = angle_deg
+        self._from_ns = clock.now_ns
+        self._rose_ns: int | None = None
+        self._before_ns: int | None = None
+        self._width_ns: int | None = None
+        self._held_until_ns = 0
+        self._pulses = tuple(_NONE)
+        signal.listen(self._changed)
+
+    @property
+    def angle_deg(self) -> float:
+        """Where it stands now; 0 is the centre, longer pulses are positive."""
+        turns_ns = min(self.clock.now_ns, self._held_until_ns) - self._from_ns
+        way = max(turns_ns, 0) / self._ns_per_turned_deg
+        distance = self._target_deg - self._from_deg
+        if abs(distance) <= way:
+            return self._target_deg
+        return self._from_deg + (way if distance > 0 else -way)
+
+    @property
+    def target_deg(self) -> float:
+        """Where the last pulse sent it."""
+        return self._target_deg
+
+    @property
+    def limp(self) -> bool:
+        """Whether nothing holds it: no pulse for 50 ms, or none yet."""
+        return self.clock.now_ns >= self._held_until_ns
+
+    @property
+    def width_ns(self) -> int | None:
+        """Width of the last pulse; None before the first."""
+        return self._width_ns
+
+    @property
+    def pulses(self) -> Pulses:
+        """What it has seen."""
+        return Pulses(*self._pulses)
+
+    def forget(self) -> None:
+        """Begin the counts and extremes anew."""
+        self._pulses = tuple(_NONE)
+
+    def _changed(self, level: int | None) -> None:
+        now_ns = self.clock.now_ns
+        if level == 1:
+            self._rose_ns = now_ns
+        elif self._rose_ns is not None:
+            began_ns, self._rose_ns = self._rose_ns, None
+            if SHORTEST_NS <= now_ns - began_ns <= LONGEST_NS:
+                self._pulse(began_ns, now_ns - began_ns)
+            else:
+                seen = self.pulses
+                self._pulses = tuple(seen._replace(odd=seen.odd + 1))
+
+    def _pulse(self, began_ns: int, width_ns: int) -> None:
+        self._count(began_ns, width_ns)
+        angle_deg, now_ns = self.angle_deg, self.clock.now_ns
+        kept_ns = min(max(width_ns, LEAST_NS), MOST_NS)
+        self._from_deg, self._from_ns = angle_deg, now_ns
+        self._target_deg = (kept_ns - CENTRE_NS) / self._ns_per_deg
+        self._width_ns = width_ns
+        self._before_ns = began_ns
+        self._held_until_ns = now_ns + LIMP_NS
+
+    def _count(self, began_ns: int, width_ns: int) -> None:
+        seen = self.pulses
+        fresh = seen._replace(
+            taken=seen.taken + 1,
+            shortest_ns=min(seen.shortest_ns, width_ns),
+            longest_ns=max(seen.longest_ns, width_ns),
+        )
+        if self._before_ns is not None and seen.taken:
+            period_ns = began_ns - self._before_ns
+            fresh = fresh._replace(
+                shortest_period_ns=min(seen.shortest_period_ns, period_ns),
+                longest_period_ns=max(seen.longest_period_ns, period_ns),
+                limp=seen.limp + (self.clock.now_ns > self._held_until_ns),
+            )
+        self._pulses = tuple(fresh)

@@ -1,0 +1,72 @@
+"""The SRF04 of Devantech: trigger and echo on pins of their own. Ref: S8 for the numbers below.
+
+A pulse of at least 10 us on TRIGGER; after its falling edge, eight cycles at 40 kHz and a
+blanking time; then ECHO is high as long as the sound is on its way, or 36 ms without a target.
+
+Left out: the burst itself, temperature, angles, what a target is made of, the current (50 mA),
+and cross-talk between sonars.
+"""
+
+from cgagen.emulator.clock import Clock
+from cgagen.emulator.parts.sonar import Sonar
+from cgagen.emulator.wires import Wire
+
+TRIGGER_NS = 10_000
+BURST_NS = 200_000
+"""Eight cycles of 40 kHz."""
+BLANKING_NS = 100_000
+SHORTEST_NS = 177_000
+"""3 cm, there and back."""
+LONGEST_NS = 36_000_000
+REST_NS = 10_000_000
+"""Before the next trigger. Ref: choice, S8 names 10 ms; earlier triggers are ignored here."""
+
+
+class Srf04(Sonar):
+    """An SRF04.
+
+    Args:
+        name: as the bench calls it.
+        clock: the bench's.
+        trigger: the wire on its trigger input.
+        echo: the wire on its echo output, which it always drives.
+    """
+
+    def __init__(self, name: str, clock: Clock, trigger: Wire, echo: Wire) -> None:
+        super().__init__(name, clock, SHORTEST_NS, LONGEST_NS)
+        self._echo = echo
+        self._busy = False
+        self._rose_ns: int | None = None
+        self._width_ns = 0
+        self._begin = self.timer(self._echo_begins)
+        self._end = self.timer(self._echo_ends)
+        self._rest = self.timer(self._rested)
+        echo.drive(name, 0)
+        trigger.listen(self._changed)
+
+    def _changed(self, level: int | None) -> None:
+        if level == 1:
+            self._rose_ns = self.clock.now_ns
+            return
+        if self._rose_ns is None:
+            return
+        high_ns, self._rose_ns = self.clock.now_ns - self._rose_ns, None
+        if self._busy or high_ns < TRIGGER_NS:
+            self.ignored += 1
+            return
+        answer = self._answer(BURST_NS + BLANKING_NS)
+        if answer is not None:
+            self._busy = True
+            self._width_ns = answer.width_ns
+            self._begin.after(answer.delay_ns)
+
+    def _echo_begins(self) -> None:
+        self._end.after(self._width_ns)
+        self._echo.drive(self.name, 1)
+
+    def _echo_ends(self) -> None:
+        self._rest.after(REST_NS)
+        self._echo.drive(self.name, 0)
+
+    def _rested(self) -> None:
+        self._busy = False

@@ -1,0 +1,173 @@
+"""A serial peer: sends bytes at a baud rate and takes what comes.
+
+Left out: rise times, the tolerance of baud rates, and handshake lines other than one that says
+"send now". A receiver samples once in the middle of a bit, where real ones vote among three.
+"""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+from cgagen.emulator.clock import Clock
+from cgagen.emulator.parts.part import Part
+from cgagen.emulator.wires import Strength, Wire
+
+BAUD = 9_600
+"""The programming port's on all five models. Ref: S2 p. 419."""
+
+
+class Uart(Part):
+    """One end of a serial line, 8N1 or 7E1.
+
+    Args:
+        name: as the bench calls it.
+        clock: the bench's.
+        transmit: the wire that it sends on; None to only listen.
+        receive: the wire that it listens on; None to only send.
+        baud: bits per second.
+        mark: level of the idle line: 0 on the programming port, where everything is inverted.
+        seven_even: 7 bits and even parity instead of 8 bits without. Ref: S2 p. 397, 419.
+        echo: what it sends also comes back on `receive`, through a resistor, as on every board
+            with a programming port; a chip that sends at the same time mixes into it.
+        may_send: asked before every byte; where it says no, `poke` asks again.
+    """
+
+    CIRCUIT = frozenset({"may_send", "heard"})
+
+    def __init__(
+        self,
+        name: str,
+        clock: Clock,
+        transmit: Wire | None,
+        receive: Wire | None,
+        baud: int = BAUD,
+        mark: int = 1,
+        seven_even: bool = False,
+        echo: bool = False,
+        may_send: Callable[[], bool] | None = None,
+    ) -> None:
+        super().__init__(name, clock)
+        self.may_send = may_send
+        self.heard: Callable[[int], None] | None = None
+        """Told every byte that was received."""
+        self.sent = 0
+        """Bytes that are on their way or over."""
+        self.errors = 0
+        """Frames without a stop bit (a break is one) or with wrong parity; they are dropped."""
+        self._transmit = transmit
+        self._receive = receive
+        self._baud = baud
+        self._mark = mark
+        self._seven_even = seven_even
+        self._echo = echo and receive is not None
+        self._queue = bytearray()
+        self._received = bytearray()
+        self._edges: list[tuple[int, int]] = []
+        self._bits: tuple[int, ...] = ()
+        self._bit = 0
+        self._began_ns = 0
+        self._next = self.timer(self._next_bit)
+        self._sample = self.timer(self._frame_over)
+        self._drive(mark)
+        if receive is not None:
+            receive.listen(self._changed)
+
+    def send(self, data: bytes) -> None:
+        """Send bytes after those that wait already."""
+        self._queue += data
+        self.poke()
+
+    def poke(self) -> None:
+        """Begin with the next byte if there is one and it may be sent."""
+        idle = self._next.due_ns is None
+        if idle and self._queue and (self.may_send is None or self.may_send()):
+            self._bits = _frame(self._queue.pop(0), self._seven_even)
+            self._bit = 0
+            self._began_ns = self.clock.now_ns
+            self.sent += 1
+            self._next_bit()
+
+    @property
+    def waiting(self) -> int:
+        """Bytes that have not begun."""
+        return len(self._queue)
+
+    @property
+    def sending(self) -> bool:
+        """Whether a byte is on its way."""
+        return self._next.due_ns is not None
+
+    @property
+    def received(self) -> bytes:
+        """What came, and was not taken yet."""
+        return bytes(self._received)
+
+    def take(self) -> bytes:
+        """Return what came, and forget it."""
+        taken = self.received
+        self._received.clear()
+        return taken
+
+    def _drive(self, bit: int) -> None:
+        level = self._mark if bit else 1 - self._mark
+        if self._transmit is not None:
+            self._transmit.drive(self.name, level)
+        if self._echo and self._receive is not None:
+            self._receive.drive(self.name, level, Strength.RESISTOR)
+
+    def _next_bit(self) -> None:
+        if self._bit == len(self._bits):
+            self._bits = ()
+            self.poke()
+            return
+        self._drive(self._bits[self._bit])
+        self._bit += 1
+        self._next.at(self._began_ns + self._bit_ns(self._bit))
+
+    def _bit_ns(self, bits: float) -> int:
+        """Return how long so many bits take."""
+        return int(bits * 1_000_000_000 // self._baud)
+
+    def _changed(self, level: int | None) -> None:
+        space = level == 1 - self._mark
+        if self._sample.due_ns is None:
+            if not space:
+                return
+            self._edges = []
+            self._sample.after(self._bit_ns(len(_frame(0, self._seven_even)) - 0.5))
+        self._edges.append((self.clock.now_ns, 0 if space else 1))
+
+    def _frame_over(self) -> None:
+        began_ns = self._edges[0][0]
+        count = len(_frame(0, self._seven_even))
+        bits = [
+            _level_at(self._edges, began_ns + self._bit_ns(number + 0.5)) for number in range(count)
+        ]
+        byte = sum(bit << place for place, bit in enumerate(bits[1:9]))
+        if self._seven_even:
+            byte &= 0x7F
+        if tuple(bits) != _frame(byte, self._seven_even):
+            self.errors += bits[0] == 0
+            return
+        self._received.append(byte)
+        if self.heard is not None:
+            self.heard(byte)
+
+
+def _frame(byte: int, seven_even: bool) -> tuple[int, ...]:
+    """Return the bits of a byte on the line: 1 is the mark.
+
+    >>> _frame(0x41, False), _frame(0x41, True)
+    ((0, 1, 0, 0, 0, 0, 0, 1, 0, 1), (0, 1, 0, 0, 0, 0, 0, 1, 0, 1))
+    """
+    bits = [byte >> place & 1 for place in range(8)]
+    if seven_even:
+        bits[7] = sum(bits[:7]) & 1
+    return (0, *bits, 1)
+
+
+def _level_at(edges: list[tuple[int, int]], time_ns: int) -> int:
+    """Return the level after the last edge up to a time."""
+    for (_, level), (until_ns, _) in pairwise(edges):
+        if time_ns < until_ns:
+            return level
+    return edges[-1][1]

@@ -53,6 +53,7 @@ class Toy:
         self.alias: dict[str, str] = {}
         self.values: dict[tuple[str, int], int] = {}
         self.lines: list[str] = []
+        self.numbers: list[int] = []
         self.targets: dict[str, int] = {}
         self.frames: list[dict[str, int]] = []
         self.pins: dict[str, int] = {}
@@ -60,12 +61,14 @@ class Toy:
         self.events: list[str] = []
         self.sent = ""
         self.inbox: list[str] = []
-        code = [re.sub(r"'[^\n]*", "", line).strip() for line in source.splitlines()]
-        code = re.sub(r",\n\s*", ", ", "\n".join(code)).splitlines()
-        for line in filter(None, code):
-            self._declare(line)
+        pending = ""
+        for number, text in enumerate(source.splitlines(), 1):
+            pending = f"{pending} {re.sub(chr(39) + '.*', '', text).strip()}".strip()
+            if pending and not pending.endswith(","):
+                self._declare(pending, number)
+                pending = ""
 
-    def _declare(self, line: str) -> None:
+    def _declare(self, line: str, number: int) -> None:
         words = line.split()
         if len(words) > 2 and words[1] == "PIN":
             self.pins[words[0].upper()] = int(words[2])
@@ -83,6 +86,7 @@ class Toy:
             self.targets[line[:-1].upper()] = len(self.lines)
         else:
             self.lines.append(line)
+            self.numbers.append(number)
 
     # --- expressions
 
@@ -200,9 +204,7 @@ class Toy:
             self.set(name, self.value(items.split(", ")[self.value(index)]))
         elif word == "PULSOUT":
             pin, width = rest.split(", ")
-            if self.pins[pin.upper()] == 0 or not self.frames:
-                self.frames.append({})
-            self.frames[-1][pin] = self.value(width)
+            self._pulse(pin, self.value(width))
         elif word in ("LOW", "HIGH", "INPUT", "PAUSE"):
             self.events.append(line)
         elif word == "SEROUT":
@@ -215,6 +217,11 @@ class Toy:
             assert equals, f"the toy does not know {line!r}"
             self.set(name, self.value(expression))
         return pc + 1
+
+    def _pulse(self, pin: str, width: int) -> None:
+        if self.pins[pin.upper()] == 0 or not self.frames:
+            self.frames.append({})
+        self.frames[-1][pin] = width
 
     def _item(self, item: str) -> str:
         if item.startswith('"'):

@@ -14,7 +14,7 @@ Listener = Callable[[int | None], None]
 """Told the new level of a wire: 0, 1, or None where it floats."""
 
 Watcher = Callable[[], None]
-"""Told that an output has begun, changed or let go, also where the level stays."""
+"""Told that somebody drives, changes or lets go, also where the level stays."""
 
 
 class Strength(IntEnum):
@@ -92,8 +92,7 @@ class Wire:
             del self._drivers[driver]
         else:
             self._drivers[driver] = code
-        if max(before, code) >= _OUTPUT:
-            _tell(self._group)
+        _tell(self._group)
         self._settle()
 
     def listen(self, listener: Listener) -> Callable[[], None]:
@@ -105,7 +104,7 @@ class Wire:
         return lambda: self._listeners.remove(listener)
 
     def watch(self, watcher: Watcher) -> None:
-        """Tell `watcher` whenever an output begins, changes or lets go, before the level follows.
+        """Tell `watcher` whenever somebody drives or lets go, before the level follows.
 
         For circuits that an output charges: letting go of a charged capacitor changes no level.
         """
@@ -154,13 +153,14 @@ class Wire:
         _tell(group)
         self._settle()
 
-    def leave(self) -> None:
-        """Cut this end off from what it is joined to."""
-        rest = tuple(wire for wire in self._group if wire is not self)
-        for wire in rest:
-            wire._group = rest
-        self._group = (self,)
-        _tell((self, *rest))
+    def leave(self, *others: "Wire") -> None:
+        """Cut this end, with others that stay joined to it, off from the rest."""
+        rest = tuple(wire for wire in self._group if wire is not self and wire not in others)
+        mine = (self, *others)
+        for group in (mine, rest):
+            for wire in group:
+                wire._group = group
+        _tell((*mine, *rest))
         self._settle()
         for wire in rest[:1]:
             wire._settle()

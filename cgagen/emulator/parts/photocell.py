@@ -32,7 +32,7 @@ class Photocell(Part):
 
     >>> cell = Photocell("left", Clock(), Wire("left"), 0.01)
     >>> cell.light(10_000); cell.drain_ns
-    127297
+    127296
     """
 
     def __init__(self, name: str, clock: Clock, signal: Wire, capacitor_uf: float) -> None:
@@ -81,9 +81,11 @@ class Photocell(Part):
         self._show()
 
     def _changed(self) -> None:
-        self._settle()
-        self._held = self._signal.output
-        self._show()
+        held = self._signal.output
+        if held != self._held:
+            self._settle()
+            self._held = held
+            self._show()
 
     def _settle(self) -> None:
         """Take the present charge as the beginning of what comes."""

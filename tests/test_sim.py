@@ -23,8 +23,9 @@ from pursuit import (
 from cgagen.errors import RobotError
 from cgagen.words import GENES, Situation, state_of
 from sim.episode import heading_deg, play_episode, visits_of
-from sim.model import World, words_of
+from sim.model import World, with_distance, words_of
 from sim.numbers import Options, Scoring, world_numbers
+from sim.scalar import play_scalar
 from sim.starts import draw_starts, start_of
 from sim.world import captured, score_of
 
@@ -283,6 +284,17 @@ def test_no_episodes_are_no_scores() -> None:
         scores, caught = world.play(np.zeros((3, 0), np.int64), np.zeros((0, 8)))
         assert scores.shape == caught.shape == (0,)
         world.close()
+
+
+@pytest.mark.parametrize("after", ["hold", "go_on"])
+def test_the_scalar_loop_scores_like_the_lanes(after: str) -> None:
+    """It adds in another order, so the last digits differ."""
+    world = World(*shipped(), Options(after_capture=after), steps=90)
+    rng = np.random.default_rng(8)
+    bits, starts = hunter_bits(rng, 20), world.draw_starts(rng, 4)
+    words, scores = words_of(bits), np.empty(80)
+    play_scalar(words, with_distance(starts), 90, world.numbers, scores)
+    assert scores == pytest.approx(world.play(words, starts)[0], rel=1e-12)
 
 
 @pytest.mark.parametrize("after", ["hold", "go_on"])

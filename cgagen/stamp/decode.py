@@ -47,9 +47,10 @@ def decode_stream(stream: str, address: int, model: Chip) -> Instruction:
     reader = BitReader(stream, address)
     stack = Stack()
     while reader.flag():
-        stack.push(reader.token(), reader.position, stored=False)
+        here = reader.position
+        stack.push(reader.token(), here, stored=False)
         if stack.write is not None and len(stack.values) > 1:
-            raise refused(reader.position, "values are left on the stack where one is stored")
+            raise refused(here, "values are left on the stack where one is stored")
     here = reader.position - 1
     code = reader.take(6)
     opcode = opcodes_of(model).get(code)

@@ -144,7 +144,8 @@ def _input_list(reader: BitReader, parts: Parts) -> None:
         here = reader.position
         stack = Stack()
         while reader.flag():
-            stack.push(reader.token(), here, stored=False)
+            bit = reader.position
+            stack.push(reader.token(), bit, stored=False)
         if stack.write is not None:
             raise refused(here, "an input item stores a value before there is one")
         values = tuple(stack.values)
@@ -198,7 +199,9 @@ def _write_expression(reader: BitReader) -> Expression:
 
 def _expression(reader: BitReader, stored: bool) -> Stack:
     stack = Stack()
-    stack.push(reader.token(), reader.position, stored)
-    while reader.flag():
-        stack.push(reader.token(), reader.position, stored)
+    more = True
+    while more:
+        here = reader.position
+        stack.push(reader.token(), here, stored)
+        more = reader.flag()
     return stack

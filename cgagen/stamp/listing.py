@@ -52,7 +52,7 @@ def listing(
         body += [Line(f"{'':8}' {note}") for note in (notes or {}).get(address, ())]
         label = f"{label_name(address)}:" if address in statements.labels else ""
         body.append(Line(f"{label:8}{' ' if len(label) >= 8 else ''}{text}".rstrip(), address))
-    if not any(line.text.strip() for line in body) and not data:
+    if not any(line.text.strip() for line in body):
         body.append(Line(f"{'':8}END", program.start_bit))
     return (*lines, *(line for line in body if line.text.strip()), *data)
 

@@ -1,11 +1,16 @@
-"""Robots that a lab might make of the two that ship: name -> its text, and a genome."""
+"""Robots that a lab might make of the two that ship, and the programs that are built for them."""
 
 import random
 import re
+from functools import cache
 
+from cgagen.build import Build, make_build
 from cgagen.genome import Genome
+from cgagen.memory import report
 from cgagen.robot import ROBOTS_FOLDER, Robot
 from cgagen.robot.reader import parse_robot
+from cgagen.tokenizer import Tokenizer
+from tests.toy_pbasic import Toy
 
 _DIGITS = random.Random(20)
 GENOME = Genome("".join(_DIGITS.choice("01") for _ in range(192)))
@@ -105,3 +110,45 @@ def robot_of(case: str) -> Robot:
 def genome_of(case: str) -> Genome | None:
     """Return the genome that the case's robot is built with."""
     return GENOME if case.startswith("predator") else None
+
+
+PREDATORS = [case for case in CASES if case.startswith("predator")]
+PREYS = [case for case in CASES if case.startswith("prey")]
+TOKENIZER = Tokenizer()
+LEGS = ("LF", "LM", "LR", "RF", "RM", "RR")
+
+
+@cache
+def built(case: str) -> Build:
+    return make_build(robot_of(case), genome_of(case), TOKENIZER)
+
+
+def source(case: str, chip: str) -> str:
+    return built(case).programs[chip == "locomotion"].program.source
+
+
+def code(case: str, chip: str) -> str:
+    """The source without comments and texts."""
+    return re.sub(r"\"[^\"\n]*\"|'[^\n]*", "", source(case, chip))
+
+
+@cache
+def labels(case: str, chip: str) -> dict[str, int]:
+    text = source(case, chip)
+    data = report(TOKENIZER.compile(text, chip)).data
+    assert data is not None
+    return {block.name: block.address for block in data}
+
+
+def eeprom(case: str, chip: str) -> bytes:
+    return built(case).programs[chip == "locomotion"].image.eeprom
+
+
+def toy(case: str, chip: str) -> Toy:
+    return Toy(source(case, chip), eeprom(case, chip), labels(case, chip))
+
+
+def split_frames(frames: list[dict[str, int]]) -> list[dict[str, int]]:
+    """The toy begins a frame at pin 0; with other pins the pulses come as one long list."""
+    flat = [item for frame in frames for item in frame.items()]
+    return [dict(flat[start : start + 12]) for start in range(0, len(flat), 12)]

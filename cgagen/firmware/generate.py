@@ -84,14 +84,7 @@ def generate(robot: Robot, genome: Genome | None = None, templates: Path | None 
         RobotError: the robot's servos or movements cannot be served in time.
         TemplateError: a template asks for a word that there is not, or is no Jinja.
     """
-    if robot.role is Role.PREDATOR and genome is None:
-        raise GenomeError(
-            f"{robot.name}: a predator hunts by a genome; give one, the best.genome of a run"
-        )
-    if robot.role is Role.PREY and genome is not None:
-        raise GenomeError(
-            f"{robot.name}: a prey acts by the reflex of its file and takes no genome; leave it out"
-        )
+    _check_role(robot, genome)
     check_timing(robot)
     renderer = Renderer(templates)
     content = genome.digest if genome else robot.digest
@@ -114,6 +107,17 @@ def generate(robot: Robot, genome: Genome | None = None, templates: Path | None 
         common | locomotion_words(robot, genome),
     )
     return Firmware((main, locomotion), renderer.used())
+
+
+def _check_role(robot: Robot, genome: Genome | None) -> None:
+    if robot.role is Role.PREDATOR and genome is None:
+        raise GenomeError(
+            f"{robot.name}: a predator hunts by a genome; give one, the best.genome of a run"
+        )
+    if robot.role is Role.PREY and genome is not None:
+        raise GenomeError(
+            f"{robot.name}: a prey acts by the reflex of its file and takes no genome; leave it out"
+        )
 
 
 def source_digest(source: str, shown: str) -> str:

@@ -31,7 +31,6 @@ _COLUMN = 5
 
 def locomotion_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
     """Return the words of a locomotion controller's template."""
-    what = f"Genome:  {genome.digest[:8]}" if genome else f"File:    {robot.digest[:8]}"
     model = chip(robot.locomotion.model)
     uses = locomotion_pins(robot)
     tables = gait_tables(robot)
@@ -39,7 +38,7 @@ def locomotion_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
         common_words(robot, model, uses)
         | {
             "title": f"{plain(robot.name)}: locomotion controller, {model.name}",
-            "genome_note": f"{what}, which the main controller has; this one has the gait",
+            "genome_note": _genome_note(robot, genome),
             "pins": [
                 {"declaration": declare(use.name, "PIN", use.pin, use.what)}
                 for use in uses
@@ -67,6 +66,12 @@ def locomotion_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
         }
         | _gait(robot, tables)
     )
+
+
+def _genome_note(robot: Robot, genome: Genome | None) -> str:
+    if genome:
+        return f"Genome:  {genome.digest[:8]}, the main controller's; this one has the gait alone"
+    return f"File:    {robot.digest[:8]}, the first digits of the robot file's SHA-256"
 
 
 def _constants(robot: Robot, tables: GaitTables) -> list[str]:

@@ -18,20 +18,25 @@ import numba
 
 from cgagen import counts
 from cgagen.files import digest
+from cgagen.robot import values
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 KERNEL_FILES = (
     Path(counts.__file__),
+    Path(values.__file__),
     *(
         Path(__file__).with_name(name)
         for name in (
             "jit.py",
+            "trig.py",
             "numbers.py",
             "senses.py",
             "decide.py",
             "world.py",
             "batch.py",
+            "starts.py",
+            "model.py",
         )
     ),
 )

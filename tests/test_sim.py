@@ -1,7 +1,9 @@
 """Around the step: starts, scores, episodes, and worlds that are refused."""
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,9 +22,13 @@ from pursuit import (
     shipped,
 )
 
+import sim
+from cgagen import counts
 from cgagen.errors import RobotError
+from cgagen.robot import values
 from cgagen.words import GENES, Situation, state_of
 from sim.episode import heading_deg, play_episode, visits_of
+from sim.jit import KERNEL_FILES
 from sim.model import World, with_distance, words_of
 from sim.numbers import Options, Scoring, world_numbers
 from sim.scalar import play_scalar
@@ -319,6 +325,24 @@ def test_headings_read_back_from_0_to_360() -> None:
     assert heading_deg(1.0, -1e-12) == 0.0
     assert heading_deg(-1.0, 0.0) == 180.0
     assert heading_deg(0.6, -0.8) == pytest.approx(306.869898)
+
+
+# -- the cache of machine code -------------------------------------------------------------------
+
+
+def test_the_digest_covers_every_file_of_the_step() -> None:
+    """An edit of a file that the digest forgets would run old machine code."""
+    digested, folder = {path.resolve() for path in KERNEL_FILES}, Path(sim.__file__).parent
+    wanted, found = ["model"], set()
+    while wanted:
+        path = (folder / f"{wanted.pop()}.py").resolve()
+        if path not in found:
+            found.add(path)
+            wanted += re.findall(r"^from sim\.(\w+) import", path.read_text("utf-8"), re.MULTILINE)
+    assert len(found) >= 9
+    assert found <= digested
+    for module in (counts, values):  # the conversion, and the limits as the step reads them
+        assert Path(module.__file__).resolve() in digested
 
 
 # -- worlds that are refused ----------------------------------------------------------------------

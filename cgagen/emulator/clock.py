@@ -39,6 +39,7 @@ class Clock:
 
     Attributes:
         now_ns: the time that everybody has reached.
+        stopped: somebody wants `run_until` to end where it is.
 
     >>> clock, seen = Clock(), []
     >>> _ = clock.at(20, lambda: seen.append("b")); _ = clock.at(10, lambda: seen.append("a"))
@@ -46,10 +47,12 @@ class Clock:
     (['a'], 15)
     """
 
-    __slots__ = ("_order", "_queue", "now_ns")
+    __slots__ = ("_limit_ns", "_order", "_queue", "now_ns", "stopped")
 
     def __init__(self) -> None:
         self.now_ns = 0
+        self.stopped = False
+        self._limit_ns = 0
         self._queue: list[tuple[int, int, Event]] = []
         self._order = 0
 
@@ -88,6 +91,7 @@ class Clock:
             event.action = None
         self._queue.clear()
         self.now_ns, self._order = state
+        self._limit_ns = self.now_ns
 
     def next_ns(self) -> int:
         """Return the time of the next booking, or `NEVER_NS`."""
@@ -107,11 +111,37 @@ class Clock:
             action()
         return True
 
+    def advance(self, time_ns: int) -> bool:
+        """Go to a time at once, from inside an action, where nobody has anything before it.
+
+        That spares whoever goes on at that time a booking. False, and nothing happens, where
+        something is booked up to that time, where `run_until` does not go so far, or where it
+        is to stop.
+        """
+        if time_ns > self._limit_ns or self.stopped or self.next_ns() <= time_ns:
+            return False
+        self.now_ns = time_ns
+        return True
+
     def run_until(self, time_ns: int) -> None:
-        """Carry out everything that is booked up to a time, that time included, and go there."""
-        while self.next_ns() <= time_ns:
-            self.run_next()
+        """Carry out everything that is booked up to a time, that time included, and go there.
+
+        Ends earlier, and says so in `stopped`, after an action that called `stop`.
+        """
+        self.stopped = False
+        self._limit_ns = time_ns
+        try:
+            while self.next_ns() <= time_ns:
+                self.run_next()
+                if self.stopped:
+                    return
+        finally:
+            self._limit_ns = self.now_ns
         self.now_ns = max(self.now_ns, time_ns)
+
+    def stop(self) -> None:
+        """Let `run_until` end after the action under way."""
+        self.stopped = True
 
 
 Booking = tuple[int, int]

@@ -5,7 +5,7 @@ programming port is two wires more: pin 16 is SIN when it is read, and SOUT has 
 both, 0 is the mark of an idle line and 1 a space, whatever a baud word says. Ref: S2 p. 419.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from cgagen.emulator.wires import Wire
 
@@ -23,11 +23,36 @@ class Pins:
     Args:
         owner: the chip's name on the bench, for contention errors.
         floated: told the pin.
+
+    Attributes:
+        owner: see above.
+        latch: OUTS.
+        directions: DIRS; 1 is output.
+        wires: what each pin is on, and SIN as the seventeenth.
+        sout: the wire of SOUT.
+        tape: a list that is given every level that is read, or None. With it, an instruction
+            under way can be repeated later.
+        ghost: where levels come from while such an instruction is repeated; no wire is driven
+            then. None for real life.
     """
 
-    __slots__ = ("_floated", "_floating", "_names", "directions", "latch", "sout", "wires")
+    __slots__ = (
+        "_floated",
+        "_floating",
+        "_names",
+        "directions",
+        "ghost",
+        "latch",
+        "owner",
+        "sout",
+        "tape",
+        "wires",
+    )
 
     def __init__(self, owner: str, floated: Callable[[int], None] = lambda pin: None) -> None:
+        self.owner = owner
+        self.tape: list[int] | None = None
+        self.ghost: Iterator[int] | None = None
         self.latch = 0
         self.directions = 0
         self._names = [f"{owner}.P{pin}" for pin in range(PINS)]
@@ -55,10 +80,20 @@ class Pins:
 
     def send(self, level: int) -> None:
         """Set SOUT: driven for a space, let go of for a mark, as the board's circuit does."""
-        self.sout.drive(self.sout.name, level or None)
+        if self.ghost is None:
+            self.sout.drive(self.sout.name, level or None)
 
     def level(self, pin: int) -> int:
         """Read one pin, or `SIN`: 0 or 1."""
+        if self.ghost is not None:
+            return next(self.ghost)
+        level = self.peek(pin)
+        if self.tape is not None:
+            self.tape.append(level)
+        return level
+
+    def peek(self, pin: int) -> int:
+        """Return what `level` returns, but never on or from tape."""
         level = self.wires[pin].level
         if level is None:
             if pin not in self._floating:
@@ -73,14 +108,20 @@ class Pins:
         Pins that float read 0 and are not reported: a program that reads all sixteen at once
         rarely cares for all of them.
         """
+        if self.ghost is not None:
+            return next(self.ghost)
         word = 0
         for pin in range(PINS):
             if self.wires[pin].level:
                 word |= 1 << pin
+        if self.tape is not None:
+            self.tape.append(word)
         return word
 
     def _show(self, changed: int) -> None:
         """Bring the wires of changed pins up to date."""
+        if self.ghost is not None:
+            return
         pin = 0
         while changed:
             if changed & 1:

@@ -48,6 +48,8 @@ class Timing:
         nap_ns: NAP 0, doubled by each step. 18 ms. Ref: S2 p. 301, -50 % to +100 %.
         glitch_ns: pins are inputs so long at each wake-up of END, NAP, SLEEP and POLLWAIT.
             18 ms, 60 us on a BS2pe. Ref: S2 p. 187, 442.
+        pollwait_ns: POLLWAIT 8 looks so often: 160 us, 250 us on a BS2pe. Ref: S2 p. 335 ("less
+            than").
         pause_ns: one unit of PAUSE: 1 ms. Ref: S2 PAUSE, +-1 %.
         pulsout_ns: one unit of PULSOUT. Ref: S2 p. 347, exact but for the resonator.
         pulsin_ns: one unit of PULSIN. Ref: S2 p. 343; for a BS2p S5 says 750 instead of 800.
@@ -89,6 +91,7 @@ class Timing:
     slow_clock_ns: int
     nap_ns: int
     glitch_ns: int
+    pollwait_ns: int
     pause_ns: int
     pulsout_ns: int
     pulsin_ns: int
@@ -216,6 +219,7 @@ def timing_of(model: Chip) -> Timing:
         slow_clock_ns=2_304 * MS,
         nap_ns=18 * MS,
         glitch_ns=60 * US if model.name == "BS2pe" else 18 * MS,
+        pollwait_ns=(250 if model.name == "BS2pe" else 160) * US,
         pause_ns=MS,
         pulsout_ns=model.pulsout_unit_ns,
         pulsin_ns=model.pulsin_unit_ns,

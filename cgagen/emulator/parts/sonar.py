@@ -61,7 +61,7 @@ class Sonar(Part):
         if distance_in is None:
             self.see_echo(None)
         else:
-            self.see_echo(int(2_000 * distance_in * us_per_in))
+            self.see_echo(round(2_000 * distance_in * us_per_in))
 
     def see_echo(self, echo_ns: int | None) -> None:
         """Say how long the next echo pulse is; it keeps within what the part can do."""

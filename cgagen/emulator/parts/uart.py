@@ -67,7 +67,7 @@ class Uart(Part):
         self._began_ns = 0
         self._next = self.timer(self._next_bit)
         self._sample = self.timer(self._frame_over)
-        self._drive(mark)
+        self._drive(1)
         if receive is not None:
             receive.listen(self._changed)
 

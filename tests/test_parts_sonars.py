@@ -1,0 +1,177 @@
+"""Sonars against their data sheets, and their faults."""
+
+import pytest
+
+from cgagen.emulator.clock import Clock
+from cgagen.emulator.parts.ping import Ping
+from cgagen.emulator.parts.probe import Probe
+from cgagen.emulator.parts.sonar import middle_ns
+from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho
+from cgagen.emulator.parts.srf04 import Srf04
+from cgagen.emulator.wires import Wire
+from cgagen.errors import ContentionError
+
+US = 1_000
+MS = 1_000_000
+
+
+class PingBench:
+    """A PING))) and a hand that triggers it."""
+
+    def __init__(self) -> None:
+        self.clock = Clock()
+        self.wire = Wire("sig")
+        self.ping = Ping("front", self.clock, self.wire)
+        self.probe = Probe("probe", self.clock, self.wire)
+
+    def trigger(self, width_ns: int = 5 * US) -> int:
+        """Do what LOW, PULSOUT, PULSIN do; return when the trigger ended."""
+        self.wire.drive("main.P4", 0)
+        self.wire.drive("main.P4", 1)
+        self.clock.run_until(self.clock.now_ns + width_ns)
+        self.wire.drive("main.P4", 0)
+        self.wire.drive("main.P4", None)
+        return self.clock.now_ns
+
+    def echo(self, width_ns: int = 5 * US) -> tuple[int, int] | None:
+        """Trigger; return the echo's delay from the trigger's end, and its width."""
+        ended_ns = self.trigger(width_ns)
+        before = len(self.probe.pulses())
+        self.clock.run_until(ended_ns + 30 * MS)
+        pulses = self.probe.pulses()[before:]
+        assert len(pulses) <= 1
+        return (pulses[0].start_ns - ended_ns, pulses[0].width_ns) if pulses else None
+
+
+@pytest.mark.parametrize(
+    ("distance_in", "width_us"),
+    [
+        (10, 1474.92),  # 2 x 10 x 73.746
+        (100, 14_749.2),
+        (0.1, 115),  # the shortest that it gives
+        (150, 18_500),  # the longest
+        (None, 18_500),
+    ],
+)
+def test_the_echo_is_as_long_as_the_sound_is_on_its_way(
+    distance_in: float | None, width_us: float
+) -> None:
+    bench = PingBench()
+    bench.ping.see(distance_in)
+    assert bench.echo() == (750 * US, round(width_us * 1000))
+
+
+def test_a_trigger_of_two_microseconds_is_enough_and_a_shorter_one_is_not() -> None:
+    bench = PingBench()
+    assert bench.echo(1_999) is None
+    assert bench.echo(2_000) is not None
+    assert (bench.ping.triggers, bench.ping.ignored) == (1, 1)
+
+
+def test_an_echo_may_be_given_directly() -> None:
+    bench = PingBench()
+    bench.ping.see_echo(middle_ns(1843, 800))
+    answer = bench.echo()
+    assert answer is not None
+    assert (answer[1] // 800, answer[1] % 800) == (1843, 400)
+
+
+def test_triggers_while_it_is_busy_change_nothing() -> None:
+    bench = PingBench()
+    bench.ping.see(10)
+    ended_ns = bench.trigger()
+    bench.clock.run_until(ended_ns + 300 * US)
+    bench.trigger()
+    bench.clock.run_until(ended_ns + 30 * MS)
+    echo = bench.probe.pulses()[-1]
+    assert (echo.start_ns - ended_ns, echo.width_ns) == (750 * US, 1_474_920)
+    assert (bench.ping.triggers, bench.ping.ignored) == (1, 1)
+
+
+def test_it_wants_200_us_before_the_next_trigger() -> None:
+    bench = PingBench()
+    bench.ping.see_echo(115 * US)
+    over_ns = bench.trigger() + 750 * US + 115 * US
+    bench.clock.run_until(over_ns + 190 * US)
+    bench.trigger()
+    assert (bench.ping.triggers, bench.ping.ignored) == (1, 1)
+    bench.clock.run_until(over_ns + 201 * US)
+    bench.trigger()
+    assert (bench.ping.triggers, bench.ping.ignored) == (2, 1)
+
+
+def test_a_pin_that_still_drives_low_is_a_short_circuit() -> None:
+    bench = PingBench()
+    bench.trigger()
+    bench.wire.drive("main.P4", 0)
+    with pytest.raises(ContentionError, match=r"sig: front drives 1, main\.P4 drives 0"):
+        bench.clock.run_until(10 * MS)
+
+
+def test_sig_is_low_when_nobody_drives_it() -> None:
+    assert PingBench().wire.level == 0
+
+
+def test_without_an_echo_nothing_comes_and_the_fault_says_so() -> None:
+    bench = PingBench()
+    fault = NoEcho("dead", bench.clock, bench.ping, from_ns=50 * MS, until_ns=100 * MS)
+    assert bench.echo() is not None
+    assert (fault.fired, fault.first_ns) == (0, None)
+    bench.clock.run_until(60 * MS)
+    assert bench.echo() is None
+    assert (fault.fired, fault.first_ns) == (1, 60 * MS + 5 * US)
+    bench.clock.run_until(110 * MS)
+    assert bench.echo() is not None
+    assert fault.fired == 1
+
+
+def test_a_late_echo_has_its_width() -> None:
+    bench = PingBench()
+    fault = LateEcho("late", bench.clock, bench.ping, 3 * MS)
+    bench.ping.see(10)
+    bench.clock.run_until(1)
+    assert bench.echo() == (3 * MS + 750 * US, 1_474_920)
+    assert fault.fired == 1
+
+
+class SrfBench:
+    """An SRF04 and a hand that triggers it."""
+
+    def __init__(self) -> None:
+        self.clock = Clock()
+        self.trigger_wire, self.echo_wire = Wire("trigger"), Wire("echo")
+        self.srf = Srf04("front", self.clock, self.trigger_wire, self.echo_wire)
+        self.probe = Probe("probe", self.clock, self.echo_wire)
+
+    def trigger(self, width_ns: int = 10 * US) -> int:
+        self.trigger_wire.drive("main.P4", 1)
+        self.clock.run_until(self.clock.now_ns + width_ns)
+        self.trigger_wire.drive("main.P4", 0)
+        return self.clock.now_ns
+
+
+@pytest.mark.parametrize(
+    ("distance_in", "width_us"), [(10, 1474.92), (0.1, 177), (None, 36_000), (300, 36_000)]
+)
+def test_an_srf04_starts_with_the_falling_edge(distance_in: float | None, width_us: float) -> None:
+    bench = SrfBench()
+    bench.srf.see(distance_in)
+    ended_ns = bench.trigger(500 * US)
+    bench.clock.run_until(ended_ns + 50 * MS)
+    (echo,) = bench.probe.pulses()
+    # eight cycles of 40 kHz and 100 us of blanking
+    assert (echo.start_ns - ended_ns, echo.width_ns) == (300 * US, round(width_us * 1000))
+
+
+def test_an_srf04_wants_ten_microseconds_and_ten_milliseconds() -> None:
+    bench = SrfBench()
+    bench.srf.see_echo(1 * MS)
+    bench.trigger(9_999)
+    assert (bench.srf.triggers, bench.srf.ignored) == (0, 1)
+    ended_ns = bench.trigger()
+    bench.clock.run_until(ended_ns + 10 * MS)
+    bench.trigger()
+    assert (bench.srf.triggers, bench.srf.ignored) == (1, 2)
+    bench.clock.run_until(ended_ns + 300 * US + 1 * MS + 10 * MS + 1)
+    bench.trigger()
+    assert bench.srf.triggers == 2

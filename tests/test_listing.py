@@ -5,8 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pbasic_random import RandomProgram
-from test_opcodes import operator_codes
 
 from cgagen.errors import ImageError, SourceError
 from cgagen.firmware import generate
@@ -22,6 +20,8 @@ from cgagen.stamp.program import Program
 from cgagen.stamp.statements import statement_text
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
+from tests.pbasic_random import RandomProgram
+from tests.test_opcodes import operator_codes
 
 HERE = Path(__file__).parent
 VECTORS = json.loads((HERE / "vectors" / "tokens.json").read_text())

@@ -28,14 +28,16 @@ SHORT = {
 @click.command("info")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--robot", help="For a genome: another robot than its own, name or file.")
+@click.option("--model", help="For an image: the chip that it is for, BS2 to BS2pe.")
 @world_options
 @with_console
-def info_verb(console: Console, /, file: Path, **given: Any) -> None:
-    """Describe FILE: a genome, a run folder, a robot or arena file, or a build folder.
+def info_verb(console: Console, /, file: Path, model: str | None, **given: Any) -> None:
+    """Describe FILE: a genome, a run folder, a robot or arena file, a build folder or an image.
 
     A genome is shown as its table of movements, with how often the 100 fixed starts of every
     run visit each state. States that are never visited are named: evolution could not see what
-    their genes do.
+    their genes do. An image (*.bin) is listed as PBASIC that compiles to it again; its chip
+    is known in a build folder, or where its source lies beside it, otherwise say --model.
     """
     if (file / "build.json").is_file():
         _build(console, file)
@@ -43,6 +45,10 @@ def info_verb(console: Console, /, file: Path, **given: Any) -> None:
         _run(console, file)
     elif file.suffix == ".toml":
         _robot(console, file)
+    elif file.suffix == ".bin":
+        from cgagen.verbs.info_image import describe_image
+
+        describe_image(console, file, model)
     else:
         _genome(console, file, given)
 

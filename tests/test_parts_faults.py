@@ -1,0 +1,184 @@
+"""Faults of wires and supplies: what they do, and that they say so."""
+
+import pytest
+
+from cgagen.emulator.clock import Clock
+from cgagen.emulator.parts.fault import BrownOut
+from cgagen.emulator.parts.noise import Noise
+from cgagen.emulator.parts.probe import Probe
+from cgagen.emulator.parts.signal import Signal
+from cgagen.emulator.parts.whisker import Whisker
+from cgagen.emulator.parts.wire_faults import Bridge, Open, Short, Stuck
+from cgagen.emulator.pins import Pins
+from cgagen.emulator.wires import Wire
+from cgagen.errors import ContentionError
+
+MS = 1_000_000
+
+
+class WireBench:
+    """A whisker on a pin, each with its own end of the wire."""
+
+    def __init__(self) -> None:
+        self.clock = Clock()
+        self.wire = Wire("whisker")
+        self.pins = Pins("main")
+        lead = Wire("left.signal")
+        self.whisker = Whisker("left", self.clock, lead)
+        self.wire.join(self.pins.wires[8])
+        self.wire.join(lead)
+
+    @property
+    def pin(self) -> Wire:
+        return self.pins.wires[8]
+
+    def at(self, time_ms: int) -> None:
+        self.clock.run_until(time_ms * MS)
+
+
+def test_a_stuck_pin_reads_one_level() -> None:
+    bench = WireBench()
+    fault = Stuck("stuck", bench.clock, bench.pin, 1, from_ns=10 * MS, until_ns=30 * MS)
+    bench.at(10)
+    assert (bench.pins.level(8), fault.fired) == (1, 0)
+    bench.at(20)
+    bench.whisker.touch(True)
+    assert (bench.pins.level(8), bench.wire.level) == (1, 0)
+    assert (fault.fired, fault.first_ns) == (1, 20 * MS)
+    bench.at(30)
+    assert bench.pins.level(8) == 0
+    bench.whisker.touch(False)
+    bench.whisker.touch(True)
+    assert fault.fired == 1
+
+
+def test_nothing_comes_out_of_a_stuck_pin() -> None:
+    bench = WireBench()
+    fault = Stuck("stuck", bench.clock, bench.pin, 1)
+    bench.at(1)
+    bench.pins.set_directions(1 << 8)
+    assert (bench.wire.level, bench.pins.level(8), fault.fired) == (1, 1, 1)
+
+
+def test_an_open_wire_floats_and_comes_back() -> None:
+    bench = WireBench()
+    floated: list[int] = []
+    bench.pins._floated = floated.append
+    fault = Open("open", bench.clock, bench.pin, from_ns=None)
+    fault.switch(True)
+    assert (bench.pins.level(8), floated) == (0, [8])
+    assert (bench.wire.level, fault.fired, fault.first_ns) == (1, 1, 0)
+    fault.switch(False)
+    assert bench.pins.level(8) == 1
+
+
+def test_an_open_wire_that_changes_nothing_has_not_fired() -> None:
+    clock, wire, end = Clock(), Wire("w"), Wire("e")
+    wire.join(end)
+    fault = Open("open", clock, end)
+    clock.run_until(MS)
+    assert fault.on
+    assert fault.fired == 0
+    end.drive("main.P0", 1)
+    assert (fault.fired, wire.level) == (1, None)
+    end.drive("main.P0", 0)
+    assert fault.fired == 1  # it still matters; it began to once
+    end.drive("main.P0", None)
+    end.drive("main.P0", 0)
+    assert fault.fired == 2
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_a_short_decides_on_every_end(level: int) -> None:
+    bench = WireBench()
+    fault = Short("short", bench.clock, bench.wire, level, from_ns=None)
+    bench.whisker.touch(level == 0)
+    fault.switch(True)
+    assert fault.fired == 0
+    bench.at(5)
+    bench.whisker.touch(level == 1)
+    assert (bench.pins.level(8), bench.wire.level) == (level, level)
+    assert (fault.fired, fault.first_ns) == (1, 5 * MS)
+    fault.switch(False)
+    assert bench.pins.level(8) == 1 - level
+
+
+def test_a_short_beats_an_output_without_ending_the_run() -> None:
+    bench = WireBench()
+    fault = Short("short", bench.clock, bench.wire, 0)
+    bench.at(1)
+    bench.pins.set_latch(1 << 8)
+    bench.pins.set_directions(1 << 8)
+    assert (bench.pins.level(8), fault.fired) == (0, 1)
+
+
+def test_bridged_wires_are_one_until_they_are_not() -> None:
+    clock, one, other, end = Clock(), Wire("one"), Wire("other"), Wire("end")
+    other.join(end)
+    fault = Bridge("bridge", clock, one, other, from_ns=10 * MS, until_ns=20 * MS)
+    one.drive("main.P0", 1)
+    assert end.level is None
+    clock.run_until(10 * MS)
+    assert (end.level, other.level, fault.fired) == (1, 1, 1)
+    with pytest.raises(ContentionError, match=r"main\.P0 drives 1"):
+        end.drive("main.P1", 0)
+    clock.run_until(20 * MS)
+    assert (one.level, other.level, end.level) == (1, None, None)
+    end.drive("main.P1", 0)
+    assert (one.level, other.level) == (1, 0)
+
+
+def test_noise_is_short_often_enough_and_the_same_every_time() -> None:
+    def run(seed: int) -> tuple[list[tuple[int, int | None]], int]:
+        clock, wire, end = Clock(), Wire("w", pull=1), Wire("e")
+        wire.join(end)
+        probe = Probe("probe", clock, end)
+        noise = Noise("noise", clock, wire, 1 * MS, 2_000, seed, 10 * MS, 110 * MS)
+        clock.run_until(200 * MS)
+        assert wire.level == 1
+        glitches = probe.pulses(0)
+        assert noise.fired == len(glitches)
+        assert noise.first_ns == glitches[0].start_ns
+        assert {pulse.width_ns for pulse in glitches} == {2_000}
+        assert all(10 * MS < pulse.start_ns < 110 * MS for pulse in glitches)
+        return [tuple(edge) for edge in probe.edges], noise.fired
+
+    first, fired = run(1)
+    assert 80 <= fired <= 120
+    assert run(1) == (first, fired)
+    assert run(2)[0] != first
+
+
+def test_noise_on_a_floating_wire_has_nothing_to_turn_round() -> None:
+    clock, wire = Clock(), Wire("w")
+    noise = Noise("noise", clock, wire, MS, 1_000)
+    clock.run_until(50 * MS)
+    assert (noise.fired, wire.level) == (0, None)
+
+
+def test_a_brown_out_takes_the_supply_away_and_gives_it_back() -> None:
+    clock, told = Clock(), []
+    fault = BrownOut("supply", clock, lambda on: told.append((clock.now_ns, on)), 5 * MS, 8 * MS)
+    clock.run_until(100 * MS)
+    assert told == [(5 * MS, False), (8 * MS, True)]
+    assert (fault.fired, fault.first_ns) == (1, 5 * MS)
+
+
+def test_a_signal_plays_its_levels() -> None:
+    clock, wire = Clock(), Wire("w")
+    probe = Probe("probe", clock, wire)
+    Signal("button", clock, wire, 1, [(5 * MS, 0), (8 * MS, None)])
+    clock.run_until(10 * MS)
+    assert [tuple(edge) for edge in probe.edges[1:]] == [(0, 1), (5 * MS, 0), (8 * MS, None)]
+
+
+def test_a_probe_keeps_the_newest_edges() -> None:
+    clock, wire = Clock(), Wire("w")
+    probe = Probe("probe", clock, wire, limit=10)
+    for number in range(1000):
+        clock.run_until(number)
+        wire.drive("x", number & 1)
+    assert probe.count == 1000
+    assert 10 <= len(probe.edges) <= 20
+    assert probe.edges[-1] == (999, 1)
+    assert probe.pulses()[-1] == (997, 1, 1)

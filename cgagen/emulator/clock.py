@@ -39,6 +39,7 @@ class Clock:
 
     Attributes:
         now_ns: the time that everybody has reached.
+        limit_ns: how far `run_until` goes; the present while it does not run.
         stopped: somebody wants `run_until` to end where it is.
 
     >>> clock, seen = Clock(), []
@@ -47,12 +48,12 @@ class Clock:
     (['a'], 15)
     """
 
-    __slots__ = ("_limit_ns", "_order", "_queue", "now_ns", "stopped")
+    __slots__ = ("_order", "_queue", "limit_ns", "now_ns", "stopped")
 
     def __init__(self) -> None:
         self.now_ns = 0
         self.stopped = False
-        self._limit_ns = 0
+        self.limit_ns = 0
         self._queue: list[tuple[int, int, Event]] = []
         self._order = 0
 
@@ -91,7 +92,7 @@ class Clock:
             event.action = None
         self._queue.clear()
         self.now_ns, self._order = state
-        self._limit_ns = self.now_ns
+        self.limit_ns = self.now_ns
 
     def next_ns(self) -> int:
         """Return the time of the next booking, or `NEVER_NS`."""
@@ -118,7 +119,7 @@ class Clock:
         something is booked up to that time, where `run_until` does not go so far, or where it
         is to stop.
         """
-        if time_ns > self._limit_ns or self.stopped or self.next_ns() <= time_ns:
+        if time_ns > self.limit_ns or self.stopped or self.next_ns() <= time_ns:
             return False
         self.now_ns = time_ns
         return True
@@ -129,14 +130,14 @@ class Clock:
         Ends earlier, and says so in `stopped`, after an action that called `stop`.
         """
         self.stopped = False
-        self._limit_ns = time_ns
+        self.limit_ns = time_ns
         try:
             while self.next_ns() <= time_ns:
                 self.run_next()
                 if self.stopped:
                     return
         finally:
-            self._limit_ns = self.now_ns
+            self.limit_ns = self.now_ns
         self.now_ns = max(self.now_ns, time_ns)
 
     def stop(self) -> None:

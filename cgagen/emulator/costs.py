@@ -40,7 +40,7 @@ def instruction_ns(instruction: Instruction, timing: Timing) -> int:
     >>> from cgagen.stamp.decode import decode_at
     >>> led = decode_at(bytes(2044) + bytes.fromhex("140e07c0"), 14, chip("BS2"))
     >>> instruction_ns(led, timing_of(chip("BS2")))
-    142000
+    150000
     """
     bits = instruction.end - instruction.address
     expressions = instruction.operands

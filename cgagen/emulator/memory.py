@@ -20,7 +20,7 @@ class Slot:
         data: the bytes; change them with `write` alone.
     """
 
-    __slots__ = ("_decoded", "_lowest", "_model", "_returns", "_stream", "data")
+    __slots__ = ("_decoded", "_frozen", "_lowest", "_model", "_returns", "_stream", "data")
 
     def __init__(self, model: Chip, data: bytes) -> None:
         self._model = model
@@ -30,6 +30,7 @@ class Slot:
     def load(self, data: bytes) -> None:
         """Put other bytes in, all of them."""
         self.data = bytearray(data)
+        self._frozen: bytes | None = None
         self._stream = ""
         self._forget()
 
@@ -54,11 +55,18 @@ class Slot:
             self._returns[number] = found
         return found
 
+    def frozen(self) -> bytes:
+        """Return the bytes as they are now; the same object while nothing is burned."""
+        if self._frozen is None:
+            self._frozen = bytes(self.data)
+        return self._frozen
+
     def write(self, location: int, value: int) -> bool:
         """Burn a byte; returns whether that may have changed an instruction that was decoded."""
         if self.data[location] == value:
             return False
         self.data[location] = value
+        self._frozen = None
         self._stream = ""
         hit = location >= self._lowest or location >= EEPROM_BYTES - 512  # 512: longest header
         if hit:
@@ -108,11 +116,11 @@ class Memory:
 
     def images(self) -> tuple[bytes, ...]:
         """Return the bytes of all slots."""
-        return tuple(bytes(slot.data) for slot in self.slots)
+        return tuple(slot.frozen() for slot in self.slots)
 
     def load(self, images: Sequence[bytes]) -> None:
         """Put bytes back that `images` returned."""
         for number, (slot, data) in enumerate(zip(self.slots, images, strict=True)):
-            if slot.data != data:
+            if slot.frozen() is not data and slot.data != data:
                 slot.load(data)
                 self._changed(number)

@@ -4,7 +4,7 @@ Ref: S2 p. 313 to 337 (POLLIN, POLLMODE, POLLOUT, POLLRUN, POLLWAIT), p. 93 for 
 scratch pad that show it. Not documented, so our choice: a poll takes no time of its own.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cgagen.emulator.pins import PINS, Pins
 
@@ -45,6 +45,10 @@ class Polling:
     def waits(self) -> bool:
         """Whether POLLWAIT does anything."""
         return _ACTIONS.get(self.mode, (False, False))[0] and bool(self.inputs)
+
+    def copy(self) -> "Polling":
+        """Return a copy that is on its own."""
+        return replace(self)
 
     def set_mode(self, mode: int) -> None:
         """Carry out POLLMODE."""

@@ -1,0 +1,136 @@
+"""An instruction under way, and how to get into the middle of it again.
+
+A generator cannot be copied. But it is a function of the chip's state when it started, of the
+levels that it read and of the answers to its requests; all of that is kept while it runs. To
+restore it, it is started again from that state, on pins that drive no wire, and is given the
+same levels and answers.
+"""
+
+from typing import NamedTuple
+
+from cgagen.emulator.machine import Machine
+from cgagen.emulator.port import Result
+from cgagen.emulator.requests import Command, Request
+from cgagen.emulator.steps import Step, arguments
+from cgagen.errors import ExecutionError
+
+MOST_ANSWERS = 100_000
+"""What is kept of one instruction. Ref: choice; bounds the memory of a COUNT of a minute."""
+
+
+class Before(NamedTuple):
+    """What an instruction may change before it ends, as it was when it started."""
+
+    words: tuple[int, ...]
+    latch: int
+    directions: int
+    scratch: bytes
+
+
+class Recorded(NamedTuple):
+    """An instruction under way as a value.
+
+    Attributes:
+        before: the chip when it started.
+        levels: that it read from pins.
+        answers: to its requests.
+    """
+
+    before: Before
+    levels: tuple[int, ...]
+    answers: tuple[int | None, ...]
+
+
+class UnderWay:
+    """One instruction that is being carried out.
+
+    Args:
+        machine: the chip without its time.
+        step: an instruction that is a generator.
+    """
+
+    __slots__ = ("_answers", "_before", "_generator", "_levels", "_machine", "step")
+
+    def __init__(self, machine: Machine, step: Step) -> None:
+        self.step = step
+        self._machine = machine
+        self._before = before_of(machine)
+        self._levels: list[int] = []
+        self._answers: list[int | None] = []
+        machine.pins.tape = self._levels
+        self._generator = self._started()
+
+    def send(self, answer: int | None) -> Request:
+        """Answer the last request and return the next; the first answer is None.
+
+        Raises:
+            StopIteration: it is done; its value is the result.
+        """
+        answers = self._answers
+        if len(answers) <= MOST_ANSWERS:
+            answers.append(answer)
+        try:
+            return self._generator.send(answer)
+        except BaseException:
+            self._machine.pins.tape = None
+            raise
+
+    def close(self) -> None:
+        """Give the instruction up where it is."""
+        self._machine.pins.tape = None
+        self._generator.close()
+
+    def recorded(self) -> Recorded:
+        """Return all that is needed to get here again.
+
+        Raises:
+            ExecutionError: it has gone on for too long for that.
+        """
+        if max(len(self._answers), len(self._levels)) > MOST_ANSWERS:
+            raise ExecutionError(
+                f"{self.step.instruction.name} has asked {MOST_ANSWERS} times what its pins do, "
+                "and no more is kept; take the snapshot before or after it"
+            )
+        return Recorded(self._before, tuple(self._levels), tuple(self._answers))
+
+    def _started(self) -> Command[Result]:
+        function = self.step.function
+        if function is None:
+            raise AssertionError(f"{self.step.instruction.name} is no generator")
+        machine = self._machine
+        given = arguments(self.step.instruction, machine.evaluator, machine.timing)
+        return function(machine, **given)
+
+
+def before_of(machine: Machine) -> Before:
+    """Return what an instruction may change."""
+    return Before(
+        tuple(machine.registers.words),
+        machine.pins.latch,
+        machine.pins.directions,
+        bytes(machine.scratch),
+    )
+
+
+def put_back(machine: Machine, before: Before) -> None:
+    """Make a chip what it was, without a word to its wires."""
+    machine.registers.words[:] = before.words
+    machine.pins.latch = before.latch
+    machine.pins.directions = before.directions
+    machine.scratch[:] = before.scratch
+
+
+def repeated(machine: Machine, step: Step, recorded: Recorded) -> UnderWay:
+    """Return an instruction in the middle, as `recorded` was taken of it."""
+    now = before_of(machine)
+    put_back(machine, recorded.before)
+    machine.pins.ghost = iter(recorded.levels)
+    try:
+        again = UnderWay(machine, step)
+        for answer in recorded.answers:
+            again.send(answer)
+    finally:
+        machine.pins.ghost = None
+    again._levels[:] = recorded.levels
+    put_back(machine, now)
+    return again

@@ -187,6 +187,17 @@ def test_data_keeps_what_is_reserved(tokenizer: Tokenizer) -> None:
     relisted(tokenizer, HEAD + code + "\n")
 
 
+def test_a_long_reserve_is_one_line(tokenizer: Tokenizer) -> None:
+    assert listed(tokenizer, "HIGH 1\nDATA (40)") == ["HIGH 1", "DATA @0, (40)"]
+
+
+def test_a_jump_to_the_last_seven_bits(tokenizer: Tokenizer) -> None:
+    """They are an END although they look like the padding of the last byte."""
+    program = relisted(tokenizer, HEAD + "GOTO a\nHIGH 1\nEND\na:\n")
+    assert program.end_bit == 64
+    assert program.instructions[-1].address == program.instructions[0].targets[0] == 57
+
+
 def test_notes_stand_before_their_instruction(tokenizer: Tokenizer) -> None:
     image = tokenizer.compile(HEAD + "HIGH 1\nagain:\nGOTO again\n").image
     program = decode(image.eeprom, image.model, image.flags)

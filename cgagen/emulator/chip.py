@@ -335,6 +335,15 @@ class Chip:
             booking=self._timer.state(),
         )
 
+    def state(self) -> ChipState:
+        """Return the same as `snapshot`: what a bench calls."""
+        return self.snapshot()
+
+    def bookings(self) -> list[Booking]:
+        """Return what this chip has booked now."""
+        booking = self._timer.state()
+        return [] if booking is None else [booking]
+
     def restore(self, state: ChipState) -> None:
         """Go back to a snapshot of this chip, or of another with the same model.
 
@@ -346,12 +355,8 @@ class Chip:
         machine.memory.load(state.images)
         machine.choose_port(state.on_aux)
         other = machine.main_pins if state.on_aux else machine.aux_pins
-        for pins, latch, directions in (
-            (machine.pins, state.now.latch, state.now.directions),
-            (other, *state.other_pins),
-        ):
-            pins.set_latch(latch)
-            pins.set_directions(directions)
+        machine.pins.restore(state.now.latch, state.now.directions)
+        other.restore(*state.other_pins)
         self.pins.send(state.sout)
         put_back(machine, state.now)
         machine.pc, machine.slot, machine.store_slot, machine.last_return = state.place

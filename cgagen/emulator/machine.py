@@ -59,8 +59,7 @@ class Machine:
         """Go to the state after a reset. Ref: S2 p. 83; scratch pad and slot: choice."""
         self.registers.words[:] = [0] * len(self.registers.words)
         for pins in (self.main_pins, self.aux_pins):
-            pins.set_directions(0)
-            pins.set_latch(0)
+            pins.restore(0, 0)
         self.pins = self.registers.pins = self.main_pins
         self.scratch[:] = bytes(len(self.scratch))
         self.polling = Polling()

@@ -78,6 +78,11 @@ class Pins:
         changed, self.directions = self.directions ^ directions, directions
         self._show(changed)
 
+    def restore(self, latch: int, directions: int) -> None:
+        """Set OUTS and DIRS in one step; a wire that is driven so already hears nothing."""
+        self.latch, self.directions = latch, directions
+        self._show((1 << PINS) - 1)
+
     def send(self, level: int) -> None:
         """Set SOUT: driven for a space, let go of for a mark, as the board's circuit does."""
         if self.ghost is None:

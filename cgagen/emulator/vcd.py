@@ -1,0 +1,175 @@
+"""Waveforms: wires over time as VCD, for GTKWave, PulseView, sigrok-cli and any other viewer.
+
+Times are in nanoseconds, and no date is in the file: equal runs give equal bytes. Numbers are
+written as reals because sigrok's reader (libsigrok 0.5.2) gives up at a vector; measured.
+"""
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self, TextIO
+
+from cgagen.emulator.clock import Clock
+from cgagen.emulator.wires import Wire
+from cgagen.errors import BenchError, StorageError
+
+if TYPE_CHECKING:
+    from vcd.writer import Variable
+
+NO_SCOPE = "wires"
+"""Where names without a dot go."""
+
+
+class Waveform:
+    """What happens on some wires from now on, written down as it happens.
+
+    Args:
+        file: open for writing; it stays open.
+        clock: of the bench.
+        wires: by name; "main.SOUT" becomes SOUT in the scope main.
+        numbers: names of numbers that `set` will give, likewise.
+
+    >>> import io
+    >>> clock, wire, file = Clock(), Wire("led"), io.StringIO()
+    >>> with Waveform(file, clock, {"led": wire}):
+    ...     clock.run_until(5); wire.drive("x", 1)
+    >>> file.getvalue().splitlines()[-2:]
+    ['#5', '1!']
+    """
+
+    def __init__(
+        self, file: TextIO, clock: Clock, wires: Mapping[str, Wire], numbers: Sequence[str] = ()
+    ) -> None:
+        from vcd import VCDWriter
+
+        self._file = file
+        self._clock = clock
+        self._newest_ns = clock.now_ns
+        self._writer = VCDWriter(
+            file, timescale="1 ns", date="", version="cgagen", init_timestamp=clock.now_ns
+        )
+        self._stops = []
+        for name, wire in wires.items():
+            scope, short = _scope_and_name(name)
+            variable = self._writer.register_var(scope, short, "wire", 1, _shown(wire.level))
+            self._stops.append(wire.listen(self._listener(variable)))
+        self._numbers = {
+            name: self._writer.register_var(*_scope_and_name(name), "real", init=0.0)
+            for name in numbers
+        }
+
+    def set(self, name: str, value: int) -> None:
+        """Change a number now.
+
+        Raises:
+            BenchError: the bench has gone back in time since the last change.
+        """
+        self._change(self._numbers[name], float(value))
+
+    def close(self) -> None:
+        """Write the present time as the end. Harmless when repeated."""
+        for stop in self._stops:
+            stop()
+        self._stops.clear()
+        self._writer.close(max(self._clock.now_ns, self._newest_ns))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _listener(self, variable: "Variable[Any]") -> "_Listener":
+        return _Listener(self, variable)
+
+    def _change(self, variable: "Variable[Any]", value: float | str) -> None:
+        now_ns = self._clock.now_ns
+        if now_ns < self._newest_ns:
+            raise BenchError(
+                f"the bench went back to {now_ns} ns while a waveform was at {self._newest_ns} "
+                "ns; close the waveform before a restore"
+            )
+        self._newest_ns = now_ns
+        try:
+            self._writer.change(variable, now_ns, value)
+        except OSError as error:
+            raise _storage_error(getattr(self._file, "name", "waveform"), error) from error
+
+
+class _Listener:
+    __slots__ = ("_variable", "_waveform")
+
+    def __init__(self, waveform: Waveform, variable: "Variable[Any]") -> None:
+        self._waveform = waveform
+        self._variable = variable
+
+    def __call__(self, level: int | None) -> None:
+        self._waveform._change(self._variable, _shown(level))
+
+
+@contextmanager
+def waveform_file(
+    path: Path, clock: Clock, wires: Mapping[str, Wire], numbers: Sequence[str] = ()
+) -> Iterator[Waveform]:
+    """Write a waveform to a file, which takes its name when it is whole.
+
+    Where the run ends in an error, the file has everything up to there: what led to a short
+    circuit is what one wants to see.
+
+    Args:
+        path: of the file.
+        clock: see `Waveform`.
+        wires: likewise.
+        numbers: likewise.
+
+    Raises:
+        StorageError: the disk is full, read-only or gone.
+    """
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    except OSError as error:
+        raise _storage_error(path, error) from error
+    try:
+        with os.fdopen(handle, "w", encoding="ascii", newline="\n") as file:
+            try:
+                with Waveform(file, clock, wires, numbers) as waveform:
+                    yield waveform
+            finally:
+                _finish(file, temporary, path)
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+def _finish(file: TextIO, temporary: str, path: Path) -> None:
+    """Give a file its name."""
+    try:
+        file.flush()
+        os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise _storage_error(path, error) from error
+
+
+def _storage_error(path: object, error: OSError) -> StorageError:
+    return StorageError(
+        f"{path}: cannot be written ({error.strerror or error}); "
+        "free some space or choose another folder"
+    )
+
+
+def _scope_and_name(name: str) -> tuple[str, str]:
+    scope, dot, short = name.rpartition(".")
+    return (scope, short) if dot else (NO_SCOPE, name)
+
+
+def _shown(level: int | None) -> int | str:
+    return "z" if level is None else level

@@ -20,6 +20,7 @@ from collections.abc import Callable, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
+from cgagen.emulator.blocks import COUNT_BITS, Block, block_at
 from cgagen.emulator.clock import NEVER_NS, Booking, Clock, Timer
 from cgagen.emulator.machine import Machine
 from cgagen.emulator.memory import Memory
@@ -106,6 +107,27 @@ class ChipState(NamedTuple):
     booking: Booking | None
 
 
+class Program:
+    """What is known of the program in one slot, until it is written over.
+
+    Attributes:
+        steps: instructions by address.
+        blocks: what is compiled, by the address where it begins; None where nothing can be.
+    """
+
+    __slots__ = ("_visits", "blocks", "steps")
+
+    def __init__(self) -> None:
+        self.steps: dict[int, Step] = {}
+        self.blocks: dict[int, Block | None] = {}
+        self._visits: Counter[int] = Counter()
+
+    def worn(self, address: int, visits: int) -> bool:
+        """Count a visit; returns whether there have been more than so many."""
+        self._visits[address] += 1
+        return self._visits[address] > visits
+
+
 Hook = Callable[["Chip"], None]
 
 
@@ -165,7 +187,7 @@ class Chip:
         )
         self.instructions = 0
         self.coverage: Coverage | None = None
-        self._steps: dict[tuple[int, int], Step] = {}
+        self._programs = [Program() for _ in memory.slots]
         self._compile_after = compile_after
         self._hooks: dict[tuple[int, int], list[Hook]] = {}
         self._each: list[Hook] = []
@@ -398,18 +420,23 @@ class Chip:
 
     def _forget(self, slot: int) -> None:
         """A slot's program was written over."""
-        for place in [place for place in self._steps if place[0] == slot]:
-            del self._steps[place]
+        self._programs[slot] = Program()
 
     def _step_at(self, address: int) -> Step:
+        """Return an instruction of the slot that runs.
+
+        Raises:
+            ExecutionError: there is none.
+        """
         slot = self.machine.slot
-        step = self._steps.get((slot, address))
+        steps = self._programs[slot].steps
+        step = steps.get(address)
         if step is None:
             try:
                 instruction = self.machine.memory.slots[slot].at(address)
             except ImageError as error:
                 raise ExecutionError(f"{self.name}: slot {slot}, {error}") from error
-            step = self._steps[slot, address] = step_of(instruction, self.machine.timing)
+            step = steps[address] = step_of(instruction, self.machine.timing)
         return step
 
     def _proceed(self) -> None:
@@ -454,6 +481,8 @@ class Chip:
             if not self._settled and not self._settle():
                 return False
             self._settled = False
+        elif self._compile_after is not None and self.coverage is None:
+            self._sprint(self._compile_after)
         step = self._step_at(machine.pc)
         self.local_ns += step.ns
         if step.on_pins:
@@ -461,6 +490,28 @@ class Chip:
         else:
             self._act(step)
         return True
+
+    def _sprint(self, compile_after: int) -> None:
+        """Carry out what is compiled, as far as it goes."""
+        machine = self.machine
+        program = self._programs[machine.slot]
+        blocks, words, address = program.blocks, machine.registers.words, machine.pc
+        room, took = self._slice_ns - self.local_ns << COUNT_BITS, 0
+        while took < room:
+            block = blocks.get(address)
+            if block is None:
+                if address in blocks or not program.worn(address, compile_after):
+                    break
+                blocks[address] = block_at(address, self._step_at, machine.unknowns)
+                continue
+            address, spent = block(words, machine)
+            took += spent
+            if address < 0:
+                address = ~address
+                break
+        machine.pc = address
+        self.local_ns += took >> COUNT_BITS
+        self.instructions += took & (1 << COUNT_BITS) - 1
 
     def _settle(self) -> bool:
         """Poll, call hooks and look whether to stop, all of it between two instructions."""

@@ -63,6 +63,11 @@ class Table:
         """Say whether the key is there."""
         return key in self._content
 
+    def offers(self, key: str) -> bool:
+        """Say likewise, of a key that may be left out."""
+        self._known.append(key)
+        return key in self._content
+
     def number(self, key: str, low: float, high: float) -> float:
         """Return a finite number from `low` to `high`, both allowed."""
         return self._in_range(key, self.take(key, f"a number from {low:g} to {high:g}"), low, high)

@@ -4,7 +4,9 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from cgagen.build.bench import bench_text
 from cgagen.build.record import (
+    BENCH_FILE,
     GENOME_FILE,
     MEMORY_FILE,
     RECORD_FILE,
@@ -73,6 +75,7 @@ class Build:
         texts = [built.memory.to_text() for built in self.programs]
         files[MEMORY_FILE] = "\n\n".join(texts).encode()
         files[WIRING_FILE] = wiring_text(self.robot).encode()
+        files[BENCH_FILE] = bench_text(self.robot).encode()
         files[ROBOT_FILE] = self.robot.text.encode()
         if self.genome is not None:
             files[GENOME_FILE] = to_text(self.genome).encode()

@@ -22,6 +22,7 @@ FORMAT = "cgagen-build-1"
 RECORD_FILE = "build.json"
 MEMORY_FILE = "memory.txt"
 WIRING_FILE = "wiring.txt"
+BENCH_FILE = "bench.toml"
 ROBOT_FILE = "robot.toml"
 GENOME_FILE = "best.genome"
 
@@ -33,6 +34,7 @@ FILES = frozenset(
         "locomotion.bin",
         MEMORY_FILE,
         WIRING_FILE,
+        BENCH_FILE,
         ROBOT_FILE,
         GENOME_FILE,
         RECORD_FILE,

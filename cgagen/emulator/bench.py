@@ -7,9 +7,11 @@ from typing import NamedTuple, TypeVar
 from cgagen.emulator.chip import Chip, ChipState
 from cgagen.emulator.clock import NEVER_NS, Clock
 from cgagen.emulator.parts.part import Part, PartState
+from cgagen.emulator.parts.uart import Uart
 from cgagen.emulator.pins import PINS
 from cgagen.emulator.wires import Wire, WireState
 from cgagen.errors import BenchError
+from cgagen.stamp.compiled import Compiled
 
 PartT = TypeVar("PartT", bound=Part)
 
@@ -34,6 +36,8 @@ class Bench:
         chips: by name.
         parts: by name.
         wires: those with a name of their own.
+        programs: what is known of the sources that run, by chip and slot; for lines.
+        floated: pins that were read while nobody drove or pulled them, such as "main.P7".
 
     >>> from cgagen.emulator.parts.whisker import Whisker
     >>> bench = Bench()
@@ -47,6 +51,8 @@ class Bench:
         self.chips: dict[str, Chip] = {}
         self.parts: dict[str, Part] = {}
         self.wires: dict[str, Wire] = {}
+        self.programs: dict[str, dict[int, Compiled]] = {}
+        self.floated: list[str] = []
         self._ends: dict[str, Wire] = {}
         self._on: dict[str, str] = {}
 
@@ -118,6 +124,23 @@ class Bench:
     def wire_of(self, end: str) -> str | None:
         """Return the name of the wire that an end is on; None for none."""
         return self._on.get(end)
+
+    def host(self, chip: str) -> Uart:
+        """Return the computer on a chip's programming port; it comes with the first call.
+
+        What it sends comes back to it, as on every board.
+
+        Raises:
+            BenchError: there is no such chip, or something else is on its port.
+        """
+        name = f"{chip}_host"
+        if name not in self.parts:
+            self.chip(chip)
+            sin, sout = self.end(f"{name}.transmit"), self.end(f"{name}.receive")
+            self.connect(f"{chip}_SIN", f"{chip}.SIN", f"{name}.transmit")
+            self.connect(f"{chip}_SOUT", f"{chip}.SOUT", f"{name}.receive")
+            self.add_part(Uart(name, self.clock, sin, sout, mark=0, echo=True))
+        return self.part(name, Uart)
 
     def chip(self, name: str) -> Chip:
         """Return a chip.

@@ -61,9 +61,10 @@ class Servo(Part):
         name: as the bench calls it.
         clock: the bench's.
         signal: the wire on its control input.
-        ns_per_deg: of pulse width.
+        ns_per_deg: of pulse width; negative where a longer pulse turns to negative angles.
         ns_per_turned_deg: speed.
         angle_deg: where it stands before the first pulse.
+        centre_ns: pulse width at 0 degrees.
     """
 
     def __init__(
@@ -74,8 +75,10 @@ class Servo(Part):
         ns_per_deg: float = NS_PER_DEG,
         ns_per_turned_deg: float = NS_PER_TURNED_DEG,
         angle_deg: float = 0.0,
+        centre_ns: int = CENTRE_NS,
     ) -> None:
         super().__init__(name, clock)
+        self._centre_ns = centre_ns
         self._ns_per_deg = ns_per_deg
         self._ns_per_turned_deg = ns_per_turned_deg
         self._from_deg = self._target_deg = angle_deg
@@ -89,7 +92,7 @@ class Servo(Part):
 
     @property
     def angle_deg(self) -> float:
-        """Where it stands now; 0 is the centre, longer pulses are positive."""
+        """Where it stands now; 0 is the centre."""
         turns_ns = min(self.clock.now_ns, self._held_until_ns) - self._from_ns
         way = max(turns_ns, 0) / self._ns_per_turned_deg
         distance = self._target_deg - self._from_deg
@@ -138,7 +141,7 @@ class Servo(Part):
         angle_deg, now_ns = self.angle_deg, self.clock.now_ns
         kept_ns = min(max(width_ns, LEAST_NS), MOST_NS)
         self._from_deg, self._from_ns = angle_deg, now_ns
-        self._target_deg = (kept_ns - CENTRE_NS) / self._ns_per_deg
+        self._target_deg = (kept_ns - self._centre_ns) / self._ns_per_deg
         self._width_ns = width_ns
         self._before_ns = began_ns
         self._held_until_ns = now_ns + LIMP_NS

@@ -1,0 +1,119 @@
+"""The kinds of faults that a bench file can name, and their settings."""
+
+from collections.abc import Callable
+
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.bench_table import LONGEST_US, BenchTable
+from cgagen.emulator.clock import NEVER_NS
+from cgagen.emulator.parts.fault import BrownOut, Fault
+from cgagen.emulator.parts.noise import Noise
+from cgagen.emulator.parts.sonar import Sonar
+from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho
+from cgagen.emulator.parts.wire_faults import Bridge, Open, Short, Stuck
+from cgagen.emulator.wires import Wire
+
+OFF_NS = NEVER_NS >> 1
+"""As long as a chip without supply is held in reset."""
+
+
+def make_fault(bench: Bench, name: str, kind: str, table: BenchTable) -> Fault:
+    """Return a fault of a kind, by its settings; the bench is whole but for faults.
+
+    Raises:
+        BenchError: a setting that cannot be.
+    """
+    from_ns, until_ns = table.nanoseconds("from_ms") or 0, table.nanoseconds("until_ms")
+    return FAULTS[kind](bench, name, table, (from_ns, until_ns))
+
+
+_Times = tuple[int, int | None]
+
+
+def _no_echo(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    return NoEcho(name, bench.clock, _sonar(bench, table), *times)
+
+
+def _late_echo(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    late_ns = round(table.number("late_us", 0, LONGEST_US) * 1_000)
+    return LateEcho(name, bench.clock, _sonar(bench, table), late_ns, *times)
+
+
+def _stuck(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    return Stuck(name, bench.clock, _end(bench, table), table.integer("level", 0, 1), *times)
+
+
+def _open(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    return Open(name, bench.clock, _end(bench, table), *times)
+
+
+def _short(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    wire, level = _wire(bench, table, table.text("wire")), table.integer("level", 0, 1)
+    return Short(name, bench.clock, wire, level, *times)
+
+
+def _bridge(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    wanted = "a list of two wires"
+    names = table.texts("wires", wanted)
+    if len(names) != 2:
+        raise table.error("wires", f"{names!r} is not {wanted}")
+    one, other = (_wire(bench, table, each, "wires") for each in names)
+    return Bridge(name, bench.clock, one, other, *times)
+
+
+def _noise(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    wire = _wire(bench, table, table.text("wire"))
+    every_ns = round(table.number("every_us", 1, LONGEST_US) * 1_000)
+    width_ns = round(table.number("width_us", 0.001, LONGEST_US) * 1_000)
+    seed = table.integer_or("seed", 0, 1 << 62, 0)
+    return Noise(name, bench.clock, wire, every_ns, width_ns, seed, *times)
+
+
+def _brown_out(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    names = table.texts("chips", "a list of chips")
+    for one in names:
+        if one not in bench.chips:
+            known = ", ".join(bench.chips) or "none"
+            raise table.error("chips", f"{one} is no chip; the chips are {known}")
+    chips = [bench.chips[one] for one in names]
+
+    def power(on: bool) -> None:
+        for chip in chips:
+            chip.reset(0 if on else OFF_NS)
+
+    return BrownOut(name, bench.clock, power, *times)
+
+
+def _sonar(bench: Bench, table: BenchTable) -> Sonar:
+    name, sonars = table.text("part"), bench.parts_of(Sonar)
+    if name not in sonars:
+        known = ", ".join(sonars) or "none"
+        raise table.error("part", f"{name} is no sonar; the sonars are {known}")
+    return sonars[name]
+
+
+def _end(bench: Bench, table: BenchTable) -> Wire:
+    name = table.text("end")
+    if bench.wire_of(name) is None:
+        raise table.error("end", f"{name} is on no wire; name an end of one, such as main.P3")
+    return bench.end(name)
+
+
+def _wire(bench: Bench, table: BenchTable, name: str, key: str = "wire") -> Wire:
+    if name not in bench.wires:
+        raise table.error(
+            key, f"{name} is no wire; the wires are {', '.join(bench.wires) or 'none'}"
+        )
+    return bench.wires[name]
+
+
+FAULTS: dict[str, Callable[[Bench, str, BenchTable, _Times], Fault]] = {
+    "no_echo": _no_echo,
+    "late_echo": _late_echo,
+    "stuck": _stuck,
+    "open": _open,
+    "short": _short,
+    "bridge": _bridge,
+    "noise": _noise,
+    "brown_out": _brown_out,
+}
+"""By the word in the file."""

@@ -48,9 +48,13 @@ def kernel_digest() -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder for compiled kernels: the user's cache, named by the sources."""
+    """Return the folder for compiled kernels, named by the sources.
+
+    It lies in NUMBA_CACHE_DIR where the user has set that, else in the user's cache.
+    """
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "cgagen" / f"kernel-{kernel_digest()}"
+    ours = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(base) / "cgagen")
+    return ours / f"kernel-{kernel_digest()}"
 
 
 def is_compiled() -> bool:
@@ -59,14 +63,13 @@ def is_compiled() -> bool:
 
 
 def _prepare() -> None:
-    """Choose the cache and the vector width, unless the user has.
+    """Choose the cache and, unless the user has, the vector width.
 
     LLVM holds Intel's AVX-512 processors to half of their width; the step is a third faster at
     full width (measured: 19 against 25 M steps/s on a Cascade Lake). The bits are the same.
     """
     settings = cast(Any, numba.config)
-    if "NUMBA_CACHE_DIR" not in os.environ:
-        settings.CACHE_DIR = str(cache_folder())
+    settings.CACHE_DIR = str(cache_folder())
     features = llvmlite.binding.get_host_cpu_features()
     if "NUMBA_CPU_FEATURES" not in os.environ and features.get("avx512f"):
         settings.CPU_NAME = settings.CPU_NAME or llvmlite.binding.get_host_cpu_name()

@@ -159,6 +159,7 @@ def world_numbers(
         RobotError: the robots and the arena do not fit together, or the prey has no such policy.
     """
     options = options or Options()
+    _check_options(options)
     for robot in (predator, prey):
         _check_fits(robot, arena)
     _check_capture(predator, prey, arena)
@@ -170,6 +171,22 @@ def world_numbers(
         hold=(options.after_capture or arena.after_capture) == "hold",
         stop_at_walls=(options.walls or arena.walls) == "stop",
     )
+
+
+_CHOICES = {
+    "after_capture": ("hold", "go_on"),
+    "masking": (True, False),
+    "light": ("dark", "ambient"),
+    "walls": ("slide", "stop"),
+}
+
+
+def _check_options(options: Options) -> None:
+    for name, allowed in _CHOICES.items():
+        value = getattr(options, name)
+        if value is not None and value not in allowed:
+            words = " or ".join(map(str, allowed))
+            raise RobotError(f"option {name}: {value!r} is not {words}")
 
 
 def _check_fits(robot: Robot, arena: Arena) -> None:

@@ -484,3 +484,17 @@ def test_noise_is_refused(tmp_path_factory: pytest.TempPathFactory, data: bytes)
 def test_movements_are_the_papers_table() -> None:
     assert COMMANDS[Role.PREDATOR][1] is Movement.BACKWARD
     assert COMMANDS[Role.PREY][1] is Movement.WAIT
+
+
+def test_an_echo_longer_than_pulsin_counts_is_refused() -> None:
+    """An SRF04 that sees nothing gives 36 ms: 72,000 counts of 0.5 us. Ref: S2 p. 343, S8."""
+    text = load_robot("servobot-predator").text.replace(
+        "pulsin_unit_ns = 800", "pulsin_unit_ns = 250"
+    )
+    with pytest.raises(RobotError, match=r"pulsin_unit_ns: .*74000 counts.*65535"):
+        parse_robot(text, "mine.toml")
+
+
+def test_a_movement_may_keep_one_side_still() -> None:
+    text = load_robot("servobot-predator").text.replace("left_deg = 11.5", "left_deg = 0")
+    assert parse_robot(text, "mine.toml").steps[0].left_deg == 0

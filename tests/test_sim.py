@@ -397,3 +397,16 @@ def test_options_win_over_files() -> None:
 
 def test_situations_and_states_go_together() -> None:
     assert state_of(Situation.FAR_FRONT, Situation.FAR_FRONT) == 63
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (Options(walls="bounce"), "walls: 'bounce' is not slide or stop"),
+        (Options(after_capture="Hold"), "after_capture: 'Hold' is not hold or go_on"),
+        (Options(light="dusk"), "light: 'dusk' is not dark or ambient"),
+    ],
+)
+def test_an_option_with_a_typo_is_refused(options: Options, sentence: str) -> None:
+    with pytest.raises(RobotError, match=sentence):
+        world_numbers(PREDATOR, PREY, ARENA, options)

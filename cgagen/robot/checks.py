@@ -2,6 +2,7 @@
 
 import itertools
 
+from cgagen.counts import FARTHEST_COUNT
 from cgagen.errors import RobotError
 from cgagen.robot.gait import PHASES, phases_of, pulses_counts
 from cgagen.robot.values import LEGS, Robot
@@ -19,6 +20,7 @@ def check_robot(robot: Robot, file: str) -> None:
         _situations,
         _sides,
         _cones,
+        _echoes,
         _light,
         _start_pose,
         _pulses,
@@ -150,6 +152,19 @@ def _cones(robot: Robot) -> str | None:
     return None
 
 
+def _echoes(robot: Robot) -> str | None:
+    """The longest echo fits into the 16 bits of PULSIN. Ref: S2 p. 343."""
+    for sonar in robot.sonars:
+        longest = robot.echo_limits_counts(sonar)[1]
+        if longest > FARTHEST_COUNT:
+            return (
+                f"[main] pulsin_unit_ns: the longest echo of the {sonar.name!r} sonar is "
+                f"{longest:.0f} counts, and PULSIN ends at {FARTHEST_COUNT}; a longer unit is "
+                "allowed"
+            )
+    return None
+
+
 def _light(robot: Robot) -> str | None:
     light, limits = robot.light, robot.limits
     if light is None or limits is None:
@@ -184,7 +199,7 @@ def _start_pose(robot: Robot) -> str | None:
             continue
         last = robot.gait.poses[phases_of(robot, step)[-1].pose]
         left_front = LEGS.index("LF")
-        ahead = last.forward[left_front] == (step.left_deg > 0)
+        ahead = step.left_deg == 0 or last.forward[left_front] == (step.left_deg > 0)
         if any(last.up) or not ahead:
             return (
                 f"[movement.{step.movement}] first_phase: it does not end on six legs with the "

@@ -61,11 +61,11 @@ def _bridge(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
 
 
 def _noise(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
-    wire = _wire(bench, table, table.text("wire"))
+    end = _end(bench, table)
     every_ns = round(table.number("every_us", 1, LONGEST_US) * 1_000)
     width_ns = round(table.number("width_us", 0.001, LONGEST_US) * 1_000)
     seed = table.integer_or("seed", 0, 1 << 62, 0)
-    return Noise(name, bench.clock, wire, every_ns, width_ns, seed, *times)
+    return Noise(name, bench.clock, end, every_ns, width_ns, seed, *times)
 
 
 def _brown_out(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:

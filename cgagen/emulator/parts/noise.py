@@ -1,4 +1,4 @@
-"""Noise: short glitches on a wire at times that look random and are the same in every run."""
+"""Noise: short glitches at an end of a wire, at times that look random and always are the same."""
 
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.fault import Fault
@@ -8,14 +8,15 @@ _WORD = (1 << 64) - 1
 
 
 class Noise(Fault):
-    """The wire reads the opposite for a moment, again and again.
+    """A pin or a lead reads the opposite for a moment, again and again.
 
-    It fires with every glitch; where the wire floats there is nothing to turn round.
+    The other ends of the wire read what they read: a glitch at a pin triggers no sonar. It fires
+    with every glitch; where the wire floats there is nothing to turn round.
 
     Args:
         name: as the bench calls it.
         clock: the bench's.
-        wire: which one.
+        end: the pin's or the lead's own end.
         every_ns: from one glitch to the next, on the average; between half of it and 3/2.
         width_ns: of a glitch.
         seed: another seed, other times.
@@ -27,7 +28,7 @@ class Noise(Fault):
         self,
         name: str,
         clock: Clock,
-        wire: Wire,
+        end: Wire,
         every_ns: int,
         width_ns: int,
         seed: int = 0,
@@ -35,7 +36,7 @@ class Noise(Fault):
         until_ns: int | None = None,
     ) -> None:
         super().__init__(name, clock, from_ns, until_ns)
-        self._wire = wire
+        self._reads = end
         self._every_ns = every_ns
         self._width_ns = width_ns
         self._random = seed & _WORD
@@ -58,16 +59,13 @@ class Noise(Fault):
 
     def _glitch(self) -> None:
         self._book()
-        if self._wire.level is not None:
+        if self._reads.level is not None:
             self._fire()
-            level = 1 - self._wire.level
             self._over.after(self._width_ns)
-            for end in self._wire.ends:
-                end.force(level)
+            self._reads.force(1 - self._reads.level)
 
     def _still(self) -> None:
-        for end in self._wire.ends:
-            end.force(None)
+        self._reads.force(None)
 
 
 def _mixed(word: int) -> int:

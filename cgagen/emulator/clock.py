@@ -33,6 +33,10 @@ class Event:
         """Take the booking back."""
         self.action = None
 
+    def __lt__(self, other: "Event") -> bool:
+        """Order an event and its own earlier, cancelled self, which the queue may still hold."""
+        return False
+
 
 class Clock:
     """The time of the bench, and what is booked on it.
@@ -199,4 +203,5 @@ class Timer:
 
     def restore(self, state: Booking | None) -> None:
         """Make the booking what it was; `Clock.restore` has been called before."""
+        self.cancel()
         self._event = None if state is None else self._clock.rebook(*state, self._action)

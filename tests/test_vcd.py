@@ -8,11 +8,16 @@ from pathlib import Path
 
 import pytest
 
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.bench_file import parse_bench
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.uart import Uart
+from cgagen.emulator.recording import record_bench
 from cgagen.emulator.vcd import Waveform, waveform_file
 from cgagen.emulator.wires import Wire
 from cgagen.errors import BenchError, ContentionError, StorageError
+from cgagen.tokenizer import Tokenizer
+from cgagen.tokenizer.files import read_source
 
 MS = 1_000_000
 TEXT = b"count 1234\r\x00\xff!"
@@ -169,4 +174,58 @@ def test_after_an_error_the_file_has_everything_up_to_there(tmp_path: Path) -> N
 def test_a_folder_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match="cannot be written"):
         with waveform_file(tmp_path / "no" / "w.vcd", Clock(), {}):
+            pass
+
+
+PROGRAM = """' {$STAMP BS2}
+' {$PBASIC 2.5}
+HIGH 3
+DEBUG "Hi", CR
+LOW 3
+STOP
+"""
+
+
+def robot_like(tokenizer: Tokenizer, folder: Path) -> Bench:
+    """A chip with a wire and its source."""
+    (folder / "a.bs2").write_text(PROGRAM)
+    text = (
+        'format = "cgagen-bench-1"\n[chip.main]\nsource = "a.bs2"\n[wire.led]\nends = ["main.P3"]\n'
+    )
+    return parse_bench(
+        text, "b", folder, lambda path: tokenizer.compile(read_source(path), path.name)
+    )
+
+
+def test_a_bench_is_recorded_with_its_lines(tokenizer: Tokenizer, tmp_path: Path) -> None:
+    files = []
+    for name in ("one.vcd", "two.vcd"):
+        bench = robot_like(tokenizer, tmp_path)
+        host = bench.host("main")
+        with record_bench(tmp_path / name, bench):
+            bench.run(100 * MS)
+        assert host.received == b"Hi\r"
+        files.append((tmp_path / name).read_bytes())
+    assert files[0] == files[1]
+    trace = Trace(files[0].decode("ascii"))
+    assert trace.bytes_of("main.SOUT", 9600, "0") == b"Hi\r"
+    (_, high), (low_ns, low) = trace.changes["wires.led"][1:]
+    assert (high, low) == ("1", "0")
+    assert set(trace.changes) == {"main.SIN", "main.SOUT", "main.line", "wires.led"}
+    lines = [value for _, value in trace.changes["main.line"]]
+    assert lines == ["3", "4", "5", "6"]
+    start_bit = trace.changes["main.SOUT"][1][0]
+    assert trace.level("main.line", start_bit) == "4"
+    assert trace.level("main.line", low_ns - 1) == "5"  # the next begins in that moment
+
+
+def test_wires_to_record_can_be_chosen(tokenizer: Tokenizer, tmp_path: Path) -> None:
+    bench = robot_like(tokenizer, tmp_path)
+    with record_bench(tmp_path / "t.vcd", bench, ["main.P3", "led"], lines=False):
+        bench.run(100 * MS)
+    trace = Trace((tmp_path / "t.vcd").read_text("ascii"))
+    assert trace.changes["main.P3"] == trace.changes["wires.led"]
+    assert set(trace.changes) == {"main.P3", "wires.led"}
+    with pytest.raises(BenchError, match="lad: no such wire; did you mean led"):
+        with record_bench(tmp_path / "u.vcd", bench, ["lad"]):
             pass

@@ -121,6 +121,14 @@ class Bench:
             self.wires[wire].join(end)
         return self.wires[wire]
 
+    def wire(self, name: str) -> Wire:
+        """Return a wire by its name, or an end that exists by its.
+
+        Raises:
+            BenchError: there is none.
+        """
+        return _found(self.wires | self._ends, name, "wire")
+
     def wire_of(self, end: str) -> str | None:
         """Return the name of the wire that an end is on; None for none."""
         return self._on.get(end)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgagen.emulator.commands.pulses import GLITCH_NS, count, pulsin, pulsout, rctime
+from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Result
 from cgagen.emulator.requests import Command, Delay
 
@@ -107,7 +108,7 @@ def test_pulsin_gives_up_when_the_manual_says() -> None:
     assert measured("BS2p", [], "PULSIN", 1) == (0, 52_428 * US)
     # leaving the level takes of the same time
     assert measured("BS2", [(0, 1), (100 * MS, 0)], "PULSIN", 1) == (0, 131_070 * US)
-    late = [(0, 0), (130 * MS, 1), (230 * MS, 0)]
+    late: list[tuple[int, int | None]] = [(0, 0), (130 * MS, 1), (230 * MS, 0)]
     assert measured("BS2", late, "PULSIN", 1) == (50_000, 230 * MS)
 
 
@@ -145,6 +146,17 @@ RC = [
 @pytest.mark.parametrize(("_", "changes", "state", "expected"), RC)
 def test_rctime(_: str, changes: list[tuple[int, int | None]], state: int, expected: int) -> None:
     assert measured("BS2", changes, "RCTIME", state)[0] == expected
+
+
+def test_a_pin_that_floats_is_reported() -> None:
+    for function in (pulsin, rctime):
+        floated: list[int] = []
+        port = ToyPort()
+        port.pins = Pins("chip", floated.append)
+        bench = Bench()
+        bench.start(port, function(port, state=0, pin=4))
+        bench.run()
+        assert floated == [4]
 
 
 def test_rctime_of_a_bs2p() -> None:

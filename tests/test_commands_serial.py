@@ -33,7 +33,8 @@ def decoded(trace: Trace, bit_ns: int, *, inverted: bool, end_ns: int) -> list[i
     read in their middles, and the line is a mark when the next may begin.
     """
     space = 1 if inverted else 0
-    frames, now = [], 0
+    frames: list[int] = []
+    now = 0
     while True:
         begin = next(
             (
@@ -413,8 +414,15 @@ def test_without_a_label_it_waits_for_ever() -> None:
 def test_parity() -> None:
     """S2 p. 407: an error ends the instruction at once; without a label nobody looks."""
     first, second = Got(), Got()
-    labels = {"parity_target": 55, "timeout_target": 66, "timeout": 1000}
-    task = received([first, second], b"ab", baud=84 | SEVEN, bad_parity=True, **labels)
+    task = received(
+        [first, second],
+        b"ab",
+        baud=84 | SEVEN,
+        bad_parity=True,
+        parity_target=55,
+        timeout_target=66,
+        timeout=1000,
+    )
     assert (task.result, first.taken) == (Jump(55), [])
     assert task.done_ns == MS + 988 * US
     task = received([first], b"a", baud=84 | SEVEN, bad_parity=True)

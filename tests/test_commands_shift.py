@@ -165,7 +165,8 @@ def test_over_a_register_and_back(values: list[int], msb_first: bool) -> None:
 
 def test_wires_of_a_clock_are_shared() -> None:
     """Two chips: one shifts out, the other's clock input sees every edge."""
-    port, wire, edges = ToyPort(), Wire("clock"), []
+    port, wire = ToyPort(), Wire("clock")
+    edges: list[int | None] = []
     port.pins.connect(9, wire)
     wire.listen(edges.append)
     finished(shiftout(port, [Sent(8, 1)], mode=0, data_pin=8, clock_pin=9), port)

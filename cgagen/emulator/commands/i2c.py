@@ -4,7 +4,7 @@ Ref: S2 p. 217 to 232. SDA and SCL are pulled up by resistors and never driven h
 holds SCL low is not waited for (choice). Data come and go most significant bit first.
 """
 
-from cgagen.emulator.commands.levels import pull_low, release, sample
+from cgagen.emulator.commands.levels import pull_low, release
 from cgagen.emulator.commands.lists import bytes_of, receive
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Inputs, Items, Port, Result
@@ -142,7 +142,7 @@ class _Bus:
         yield Delay(self._quarter_ns)
         release(self._pins, self._scl)
         yield Delay(self._half_ns)
-        level = yield from sample(self._sda)
+        level = self._pins.level(self._sda)
         pull_low(self._pins, self._scl, True)
         yield Delay(self._quarter_ns)
         return level

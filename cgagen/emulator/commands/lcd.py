@@ -7,7 +7,7 @@ Ref: S2 p. 249 to 266. The high half of a byte goes first. The display's busy fl
 from typing import NamedTuple
 
 from cgagen.emulator.bus_timing import LCD
-from cgagen.emulator.commands.levels import drive, sample
+from cgagen.emulator.commands.levels import drive
 from cgagen.emulator.commands.lists import bytes_of, receive
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Inputs, Items, Port, Result
@@ -103,7 +103,7 @@ class _Display:
             drive(self._pins, self._lines.enable, 1)
             yield Delay(LCD.enable_ns)
             for bit in range(4):
-                level = yield from sample(self._lines.first_data + bit)
+                level = self._pins.level(self._lines.first_data + bit)
                 byte |= level << place + bit
             drive(self._pins, self._lines.enable, 0)
             yield Delay(LCD.setup_ns)

@@ -2,18 +2,12 @@
 
 from cgagen.emulator.clock import NEVER_NS
 from cgagen.emulator.pins import Pins
-from cgagen.emulator.requests import Command, Until
 
 FOREVER_NS = NEVER_NS
 """A time-out that never comes."""
 
 LAST_PIN = 15
 """Ref: choice: a pin operand's low four bits count; the manual has no pin above 15."""
-
-
-def sample(pin: int) -> Command[int]:
-    """Read a pin as a request, so that the answer is part of what the bench has told."""
-    return int((yield Until(pin, 1, 0)) is not None)
 
 
 def drive(pins: Pins, pin: int, level: int) -> None:

@@ -4,7 +4,7 @@ Ref: S2 p. 295 to 308. Least significant bit first.
 """
 
 from cgagen.emulator.bus_timing import ONE_WIRE, ONE_WIRE_FAST, ONE_WIRE_READ_LOW_NS, OneWireTiming
-from cgagen.emulator.commands.levels import LAST_PIN, pull_low, release, sample
+from cgagen.emulator.commands.levels import LAST_PIN, pull_low, release
 from cgagen.emulator.commands.lists import bytes_of, receive
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Inputs, Items, Port, Result
@@ -79,7 +79,7 @@ class _Wire:
         for place in range(self._bits):
             yield from self._low(self._read_low_ns)
             yield Delay(timing.sample_ns - self._read_low_ns)
-            byte |= (yield from sample(self._pin)) << place
+            byte |= self._pins.level(self._pin) << place
             yield Delay(timing.slot_ns - timing.sample_ns + timing.recovery_ns)
         return byte
 

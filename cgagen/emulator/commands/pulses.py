@@ -3,7 +3,7 @@
 Ref: S2 p. 343 to 351, 363 to 367, 149; S9 (1.8) p. 289 to 292.
 """
 
-from cgagen.emulator.commands.levels import LAST_PIN, release, sample
+from cgagen.emulator.commands.levels import LAST_PIN, release
 from cgagen.emulator.port import Port, Result
 from cgagen.emulator.requests import Command, Delay, Until
 
@@ -42,6 +42,7 @@ def pulsin(port: Port, *, state: int, pin: int) -> Command[Result]:
     unit_ns = port.timing.pulsin_ns
     left_ns = LONGEST_COUNT * unit_ns
     release(port.pins, pin)
+    port.pins.level(pin)  # a pin that floats is reported
     for level in (1 - state, state):
         waited_ns = yield Until(pin, level, left_ns)
         if waited_ns is None:
@@ -56,6 +57,8 @@ def rctime(port: Port, *, state: int, pin: int) -> Command[Result]:
     pin, state = pin & LAST_PIN, state & 1
     unit_ns = port.timing.rctime_ns
     release(port.pins, pin)
+    if port.pins.level(pin) != state:
+        return 1
     kept_ns = yield Until(pin, 1 - state, (LONGEST_COUNT + 1) * unit_ns - 1)
     return OVERFLOW if kept_ns is None else _count(kept_ns, unit_ns)
 
@@ -69,7 +72,7 @@ def count(port: Port, *, duration: int, pin: int) -> Command[Result]:
     pin = pin & LAST_PIN
     step_ns, all_ns = port.timing.count_pulse_ns, duration * port.timing.count_ns
     release(port.pins, pin)
-    known = yield from sample(pin)
+    known = port.pins.level(pin)
     changes = now_ns = 0
     while True:
         waited_ns = yield Until(pin, 1 - known, all_ns - now_ns)
@@ -83,7 +86,7 @@ def count(port: Port, *, duration: int, pin: int) -> Command[Result]:
         if look_ns:
             yield Delay(look_ns)
             now_ns += look_ns
-        level = yield from sample(pin)
+        level = port.pins.level(pin)
         changes += level != known
         known = level
 

@@ -3,10 +3,10 @@
 Ref: S2 p. 393 to 413; S9 (1.8) p. 315 for the time-out, which every byte starts anew.
 """
 
-from cgagen.emulator.commands.levels import FOREVER_NS, LAST_PIN, drive, release, sample
+from cgagen.emulator.commands.levels import FOREVER_NS, LAST_PIN, drive, release
 from cgagen.emulator.commands.lists import receive
 from cgagen.emulator.commands.serial_line import SPACE, Line, line_of
-from cgagen.emulator.pins import SIN
+from cgagen.emulator.pins import SIN, Pins
 from cgagen.emulator.port import Inputs, Jump, Port, Result
 from cgagen.emulator.requests import Command, Delay, Until
 
@@ -29,11 +29,17 @@ class _SerialReceiver:
     to its middle; what takes longer makes it late for the next start bit.
     """
 
-    __slots__ = ("_line", "_parity_target", "_stop_ns", "_timeout_target", "_wait_ns")
+    __slots__ = ("_line", "_parity_target", "_pins", "_stop_ns", "_timeout_target", "_wait_ns")
 
     def __init__(
-        self, line: Line, wait_ns: int, timeout_target: int | None, parity_target: int | None
+        self,
+        pins: Pins,
+        line: Line,
+        wait_ns: int,
+        timeout_target: int | None,
+        parity_target: int | None,
     ) -> None:
+        self._pins = pins
         self._line = line
         self._wait_ns = wait_ns
         self._timeout_target = timeout_target
@@ -59,10 +65,10 @@ class _SerialReceiver:
         if started is None and self._timeout_target is not None:
             raise _Abandoned(self._timeout_target)
         yield Delay(line.bit_ns + line.bit_ns // 2)
-        bits = (yield from sample(line.pin)) ^ line.inverted
+        bits = self._pins.level(line.pin) ^ line.inverted
         for place in range(1, _DATA_BITS):
             yield Delay(line.bit_ns)
-            bits |= ((yield from sample(line.pin)) ^ line.inverted) << place
+            bits |= (self._pins.level(line.pin) ^ line.inverted) << place
         self._stop_ns = line.bit_ns
         if not line.seven_even:
             return bits
@@ -91,7 +97,7 @@ def serin(
     wait_ns = FOREVER_NS
     if timeout_target is not None:
         wait_ns = timeout * port.timing.serin_timeout_ns
-    receiver = _SerialReceiver(line, wait_ns, timeout_target, parity_target)
+    receiver = _SerialReceiver(port.pins, line, wait_ns, timeout_target, parity_target)
     if line.pin != SIN:
         release(port.pins, line.pin)
     if flow_pin is not None:

@@ -3,7 +3,7 @@
 Ref: S2 p. 431 to 440; S9 (1.8) p. 330, 333 for the order of events.
 """
 
-from cgagen.emulator.commands.levels import LAST_PIN, drive, release, sample
+from cgagen.emulator.commands.levels import LAST_PIN, drive, release
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Inputs, Items, Port, Result
 from cgagen.emulator.requests import Command, Delay
@@ -64,9 +64,9 @@ def shiftin(
                 yield from _clock_high(pins, timing, clock_pin)
                 yield Delay(gap_ns // 2)
                 gap_ns -= gap_ns // 2
-                value |= (yield from sample(data_pin)) << place
+                value |= pins.level(data_pin) << place
             else:
-                value |= (yield from sample(data_pin)) << place
+                value |= pins.level(data_pin) << place
                 yield from _clock_high(pins, timing, clock_pin)
         item.store(value)
     return None

@@ -6,7 +6,7 @@ Ref: S2 p. 465 to 468 for the instruction; X-10's rules for the PL513 and TW523 
 from itertools import chain, repeat
 
 from cgagen.emulator.bus_timing import X10
-from cgagen.emulator.commands.levels import FOREVER_NS, LAST_PIN, drive, release, sample
+from cgagen.emulator.commands.levels import FOREVER_NS, LAST_PIN, drive, release
 from cgagen.emulator.port import Items, Port, Result
 from cgagen.emulator.requests import Command, Delay, Until
 
@@ -29,7 +29,7 @@ def xout(port: Port, items: Items, *, pin: int, zero_pin: int) -> Command[Result
     pin, zero_pin = pin & LAST_PIN, zero_pin & LAST_PIN
     drive(port.pins, pin, 0)
     release(port.pins, zero_pin)
-    known = yield from sample(zero_pin)
+    known = port.pins.level(zero_pin)
     for item in items:
         yield Delay(item.fetch_ns)
         code, inverted_cycles = item.values()

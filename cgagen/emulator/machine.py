@@ -7,6 +7,7 @@ from cgagen.emulator.polling import Polling
 from cgagen.emulator.registers import Registers
 from cgagen.emulator.timing import Timing
 from cgagen.emulator.unknowns import Unknowns
+from cgagen.emulator.wires import Wire
 from cgagen.stamp.chips import Chip as Model
 
 GOSUB_LEVELS = 4
@@ -47,7 +48,11 @@ class Machine:
         self.memory = memory
         self.pins = self.main_pins = pins
         self.aux_pins = Pins(f"{pins.owner}.aux")
-        self.aux_pins.wires[SIN] = pins.wires[SIN]
+        # Not led out, and pulled up in the chip. Ref: S2 p. 129.
+        self.aux_pins.wires[:] = [
+            *(Wire(f"{pins.owner}.aux.P{pin}", pull=1) for pin in range(PINS)),
+            pins.wires[SIN],
+        ]
         self.aux_pins.sout = pins.sout
         self.registers = Registers(pins)
         self.evaluator = Evaluator(self.registers, unknowns)

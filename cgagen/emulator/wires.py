@@ -82,18 +82,32 @@ class Wire:
         Raises:
             ContentionError: another output holds the other level.
         """
-        before = self._drivers.get(driver, _NOBODY)
+        drivers = self._drivers
+        before = drivers.get(driver, _NOBODY)
         code = _NOBODY if level is None else 2 * strength + level
         if code == before:
             return
-        if code >= _OUTPUT:
-            self._refuse_contention(driver, code)
         if code == _NOBODY:
-            del self._drivers[driver]
+            del drivers[driver]
         else:
-            self._drivers[driver] = code
-        _tell(self._group)
-        self._settle()
+            drivers[driver] = code
+        firmest, enemy, watched = _NOBODY, code ^ 1 if code >= _OUTPUT else _NOBODY, False
+        for wire in self._group:
+            for held in wire._drivers.values():
+                if held > firmest:  # noqa: PLR1730  the innermost loop of all
+                    firmest = held
+                if held == enemy:
+                    self._refuse_contention(driver, before)
+            pull = wire.pull
+            if pull is not None and pull > firmest:
+                firmest = pull
+            if wire._watchers:
+                watched = True
+        if watched:
+            _tell(self._group)
+            self._settle()
+        else:
+            self._spread(firmest & 1 if firmest >= 0 else None)
 
     def listen(self, listener: Listener) -> Callable[[], None]:
         """Tell `listener` every change; returns how to stop that.
@@ -180,24 +194,34 @@ class Wire:
         self._drivers = dict(drivers)
 
     def _settle(self) -> None:
-        """Bring the level up to date, on all ends before anybody hears of it."""
-        level = self.undisturbed
+        """Bring the level up to date."""
+        self._spread(self.undisturbed)
+
+    def _spread(self, level: int | None) -> None:
+        """Give all ends their level, before anybody hears of it."""
         changed = []
         for wire in self._group:
             new = level if wire._forced is None else wire._forced
             if new != wire.level:
                 wire.level = new
-                changed.append((wire, new))
+                if wire._listeners:
+                    changed.append((wire, new))
         for wire, new in changed:
             for listener in tuple(wire._listeners):
                 if wire.level != new:
                     break
                 listener(new)
 
-    def _refuse_contention(self, driver: str, code: int) -> None:
+    def _refuse_contention(self, driver: str, before: int) -> None:
+        """Make the driver what it was, and raise, where somebody else is against it."""
+        code = self._drivers[driver]
         for wire in self._group:
             for other, held in wire._drivers.items():
-                if held >= _OUTPUT and held != code and other != driver:
+                if held == code ^ 1 and other != driver:
+                    if before == _NOBODY:
+                        del self._drivers[driver]
+                    else:
+                        self._drivers[driver] = before
                     raise ContentionError(
                         f"{self._group[0].name}: {driver} drives {code & 1}, {other} drives "
                         f"{held & 1}; take one of them off the wire, or put a resistor between"

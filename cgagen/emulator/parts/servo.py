@@ -51,9 +51,6 @@ class Pulses(NamedTuple):
         return max(self.longest_period_ns - self.shortest_period_ns, 0)
 
 
-_NONE = Pulses(0, 0, NEVER_NS, 0, NEVER_NS, 0, 0)
-
-
 class Servo(Part):
     """One servo. It books nothing: where it stands follows from the pulses.
 
@@ -87,7 +84,7 @@ class Servo(Part):
         self._before_ns: int | None = None
         self._width_ns: int | None = None
         self._held_until_ns = 0
-        self._pulses = tuple(_NONE)
+        self.forget()
         signal.listen(self._changed)
 
     @property
@@ -118,11 +115,21 @@ class Servo(Part):
     @property
     def pulses(self) -> Pulses:
         """What it has seen."""
-        return Pulses(*self._pulses)
+        return Pulses(
+            self._taken,
+            self._odd,
+            self._shortest_ns,
+            self._longest_ns,
+            self._shortest_period_ns,
+            self._longest_period_ns,
+            self._limp,
+        )
 
     def forget(self) -> None:
         """Begin the counts and extremes anew."""
-        self._pulses = tuple(_NONE)
+        self._taken = self._odd = self._limp = 0
+        self._shortest_ns = self._shortest_period_ns = NEVER_NS
+        self._longest_ns = self._longest_period_ns = 0
 
     def _changed(self, level: int | None) -> None:
         now_ns = self.clock.now_ns
@@ -133,8 +140,7 @@ class Servo(Part):
             if SHORTEST_NS <= now_ns - began_ns <= LONGEST_NS:
                 self._pulse(began_ns, now_ns - began_ns)
             else:
-                seen = self.pulses
-                self._pulses = tuple(seen._replace(odd=seen.odd + 1))
+                self._odd += 1
 
     def _pulse(self, began_ns: int, width_ns: int) -> None:
         self._count(began_ns, width_ns)
@@ -147,17 +153,11 @@ class Servo(Part):
         self._held_until_ns = now_ns + LIMP_NS
 
     def _count(self, began_ns: int, width_ns: int) -> None:
-        seen = self.pulses
-        fresh = seen._replace(
-            taken=seen.taken + 1,
-            shortest_ns=min(seen.shortest_ns, width_ns),
-            longest_ns=max(seen.longest_ns, width_ns),
-        )
-        if self._before_ns is not None and seen.taken:
+        if self._before_ns is not None and self._taken:
             period_ns = began_ns - self._before_ns
-            fresh = fresh._replace(
-                shortest_period_ns=min(seen.shortest_period_ns, period_ns),
-                longest_period_ns=max(seen.longest_period_ns, period_ns),
-                limp=seen.limp + (self.clock.now_ns > self._held_until_ns),
-            )
-        self._pulses = tuple(fresh)
+            self._shortest_period_ns = min(self._shortest_period_ns, period_ns)
+            self._longest_period_ns = max(self._longest_period_ns, period_ns)
+            self._limp += self.clock.now_ns > self._held_until_ns
+        self._taken += 1
+        self._shortest_ns = min(self._shortest_ns, width_ns)
+        self._longest_ns = max(self._longest_ns, width_ns)

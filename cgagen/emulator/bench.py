@@ -38,6 +38,7 @@ class Bench:
         wires: those with a name of their own.
         programs: what is known of the sources that run, by chip and slot; for lines.
         floated: pins that were read while nobody drove or pulled them, such as "main.P7".
+        on_floating: told each of them when it happens.
 
     >>> from cgagen.emulator.parts.whisker import Whisker
     >>> bench = Bench()
@@ -53,6 +54,7 @@ class Bench:
         self.wires: dict[str, Wire] = {}
         self.programs: dict[str, dict[int, Compiled]] = {}
         self.floated: list[str] = []
+        self.on_floating: Callable[[str], None] = _nothing
         self._ends: dict[str, Wire] = {}
         self._on: dict[str, str] = {}
 
@@ -133,10 +135,17 @@ class Bench:
         """Return the name of the wire that an end is on; None for none."""
         return self._on.get(end)
 
-    def host(self, chip: str) -> Uart:
+    def floats(self, end: str) -> None:
+        """Remember a pin that was read while nobody drove it."""
+        self.floated.append(end)
+        self.on_floating(end)
+
+    def host(self, chip: str, echo: bool = True) -> Uart:
         """Return the computer on a chip's programming port; it comes with the first call.
 
-        What it sends comes back to it, as on every board.
+        Args:
+            chip: its name.
+            echo: what it sends comes back to it, as on every board.
 
         Raises:
             BenchError: there is no such chip, or something else is on its port.
@@ -147,7 +156,7 @@ class Bench:
             sin, sout = self.end(f"{name}.transmit"), self.end(f"{name}.receive")
             self.connect(f"{chip}_SIN", f"{chip}.SIN", f"{name}.transmit")
             self.connect(f"{chip}_SOUT", f"{chip}.SOUT", f"{name}.receive")
-            self.add_part(Uart(name, self.clock, sin, sout, mark=0, echo=True))
+            self.add_part(Uart(name, self.clock, sin, sout, mark=0, echo=echo))
         return self.part(name, Uart)
 
     def chip(self, name: str) -> Chip:
@@ -269,6 +278,10 @@ def chip_ends(chip: str) -> tuple[str, ...]:
     ('main.P3', ('main.SIN', 'main.SOUT'))
     """
     return (*(f"{chip}.P{pin}" for pin in range(PINS)), f"{chip}.SIN", f"{chip}.SOUT")
+
+
+def _nothing(_end: str) -> None:
+    pass
 
 
 def _found(known: dict[str, Found], name: str, what: str) -> Found:

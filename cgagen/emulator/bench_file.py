@@ -157,7 +157,7 @@ def _put_chip(
             images,
             bench.clock,
             timing=timing,
-            floated=lambda pin: bench.floated.append(f"{name}.P{pin}"),
+            floated=lambda pin: bench.floats(f"{name}.P{pin}"),
         )
     except (BenchError, ImageError) as error:
         raise table.error("image", str(error)) from error

@@ -28,7 +28,7 @@ from cgagen.emulator.pins import Pins
 from cgagen.emulator.polling import Polling
 from cgagen.emulator.port import Jump, Result
 from cgagen.emulator.registers import Registers
-from cgagen.emulator.requests import Delay, Until
+from cgagen.emulator.requests import Delay
 from cgagen.emulator.steps import Step, step_of
 from cgagen.emulator.timing import Timing, timing_of
 from cgagen.emulator.underway import Before, Recorded, UnderWay, before_of, put_back, repeated
@@ -154,6 +154,8 @@ class Chip:
         ended: why nothing happens any more, or None. Only a reset gets a chip out of that.
         instructions: carried out since the chip was made.
         coverage: see `cover`; None while nobody wants it.
+        on_wait: called when an instruction begins to wait for a pin (see `waiting`), or None. It
+            may book something, and must not touch a wire itself.
 
     Raises:
         BenchError: no image, several for one slot, or for different models.
@@ -187,6 +189,7 @@ class Chip:
         )
         self.instructions = 0
         self.coverage: Coverage | None = None
+        self.on_wait: Callable[[], None] | None = None
         self._programs = [Program() for _ in memory.slots]
         self._compile_after = compile_after
         self._hooks: dict[tuple[int, int], list[Hook]] = {}
@@ -563,23 +566,24 @@ class Chip:
 
     def _carry_on(self, under_way: UnderWay) -> bool:
         """Meet the requests of an instruction as long as nobody else has to come first."""
-        while self._reach():
+        clock, send, answers = self.clock, under_way.generator.send, under_way.answers
+        while clock.now_ns == self.local_ns or clock.advance(self.local_ns):
+            answers.append(self._answer)
             try:
-                request = under_way.send(self._answer)
+                request = send(self._answer)
             except StopIteration as stop:
-                self._under_way = None
-                self._finish(under_way.step, stop.value)
+                self._finish(under_way, stop.value)
                 return True
-            if isinstance(request, Delay):
-                self.local_ns += request.ns
+            if type(request) is Delay:
                 self._answer = request.ns
-            elif not self._met(request):
+                self.local_ns += request.ns
+            elif not self._met(*request):
                 return False
+        self._timer.at(self.local_ns)
         return False
 
-    def _met(self, request: Until) -> bool:
-        """Say whether a pin has its level already; otherwise wait for it."""
-        pin, level, timeout_ns = request
+    def _met(self, pin: int, level: int, timeout_ns: int) -> bool:
+        """Answer `Until` if it can be answered at once; otherwise wait."""
         if self.machine.pins.peek(pin) == level:
             self._answer = 0
             return True
@@ -590,6 +594,8 @@ class Chip:
         self._listen(Waiting(pin, level, now_ns))
         if now_ns + timeout_ns < NEVER_NS:
             self._timer.at(now_ns + timeout_ns)
+        if self.on_wait is not None:
+            self.on_wait()
         return False
 
     def _listen(self, waiting: Waiting) -> None:
@@ -603,9 +609,11 @@ class Chip:
             self._waiting = waiting._replace(met_ns=self.clock.now_ns)
             self._timer.after(0)
 
-    def _finish(self, step: Step, result: Result) -> None:
+    def _finish(self, under_way: UnderWay, result: Result) -> None:
         """Store what an instruction found, and go on where it says."""
-        machine, instruction = self.machine, step.instruction
+        machine, instruction = self.machine, under_way.step.instruction
+        under_way.close()
+        self._under_way = None
         if self.ended is not None:
             return
         if isinstance(result, int) and instruction.write is not None:

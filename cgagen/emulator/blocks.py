@@ -101,8 +101,12 @@ class _BlockWriter(Writer):
                 self._plain(instruction, taken + (step.jump_ns << COUNT_BITS), counted)
                 jumps = name in ("GOTO", "GOSUB")
                 address = instruction.targets[0] if jumps else instruction.end
-        took = f"t + {taken}" if counted else f"{taken}"
-        self.line(f"t = {took}")
+        if not counted:
+            self.line(f"t = {taken}")
+        elif taken:
+            self.line(f"t += {taken}")
+        elif not self.lines[-1].startswith("    " * self.depth):
+            self.line("pass")
         return True
 
     def _fork(

@@ -5,6 +5,7 @@ programming port is two wires more: pin 16 is SIN when it is read, and SOUT has 
 both, 0 is the mark of an idle line and 1 a space, whatever a baud word says. Ref: S2 p. 419.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator
 
 from cgagen.emulator.wires import Wire
@@ -30,7 +31,7 @@ class Pins:
         directions: DIRS; 1 is output.
         wires: what each pin is on, and SIN as the seventeenth.
         sout: the wire of SOUT.
-        tape: a list that is given every level that is read, or None. With it, an instruction
+        tape: a queue that is given every level that is read, or None. With it, an instruction
             under way can be repeated later.
         ghost: where levels come from while such an instruction is repeated; no wire is driven
             then. None for real life.
@@ -51,7 +52,7 @@ class Pins:
 
     def __init__(self, owner: str, floated: Callable[[int], None] = lambda pin: None) -> None:
         self.owner = owner
-        self.tape: list[int] | None = None
+        self.tape: deque[int] | None = None
         self.ghost: Iterator[int] | None = None
         self.latch = 0
         self.directions = 0

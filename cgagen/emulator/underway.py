@@ -6,11 +6,12 @@ restore it, it is started again from that state, on pins that drive no wire, and
 same levels and answers.
 """
 
+from collections import deque
 from typing import NamedTuple
 
 from cgagen.emulator.machine import Machine
 from cgagen.emulator.port import Result
-from cgagen.emulator.requests import Command, Request
+from cgagen.emulator.requests import Command
 from cgagen.emulator.steps import Step, arguments
 from cgagen.errors import ExecutionError
 
@@ -47,38 +48,28 @@ class UnderWay:
     Args:
         machine: the chip without its time.
         step: an instruction that is a generator.
+
+    Attributes:
+        step: see above.
+        generator: what is sent answers and yields requests; the first answer is None.
+        answers: all that were sent so far; whoever sends one appends it.
     """
 
-    __slots__ = ("_answers", "_before", "_generator", "_levels", "_machine", "step")
+    __slots__ = ("_before", "_levels", "_machine", "answers", "generator", "step")
 
     def __init__(self, machine: Machine, step: Step) -> None:
         self.step = step
         self._machine = machine
         self._before = before_of(machine)
-        self._levels: list[int] = []
-        self._answers: list[int | None] = []
+        self._levels: deque[int] = deque(maxlen=MOST_ANSWERS)
+        self.answers: deque[int | None] = deque(maxlen=MOST_ANSWERS)
         machine.pins.tape = self._levels
-        self._generator = self._started()
-
-    def send(self, answer: int | None) -> Request:
-        """Answer the last request and return the next; the first answer is None.
-
-        Raises:
-            StopIteration: it is done; its value is the result.
-        """
-        answers = self._answers
-        if len(answers) <= MOST_ANSWERS:
-            answers.append(answer)
-        try:
-            return self._generator.send(answer)
-        except BaseException:
-            self._machine.pins.tape = None
-            raise
+        self.generator = self._started()
 
     def close(self) -> None:
-        """Give the instruction up where it is."""
+        """Give the instruction up where it is; harmless when it is done."""
         self._machine.pins.tape = None
-        self._generator.close()
+        self.generator.close()
 
     def recorded(self) -> Recorded:
         """Return all that is needed to get here again.
@@ -86,12 +77,19 @@ class UnderWay:
         Raises:
             ExecutionError: it has gone on for too long for that.
         """
-        if max(len(self._answers), len(self._levels)) > MOST_ANSWERS:
+        if MOST_ANSWERS in (len(self.answers), len(self._levels)):
             raise ExecutionError(
                 f"{self.step.instruction.name} has asked {MOST_ANSWERS} times what its pins do, "
                 "and no more is kept; take the snapshot before or after it"
             )
-        return Recorded(self._before, tuple(self._levels), tuple(self._answers))
+        return Recorded(self._before, tuple(self._levels), tuple(self.answers))
+
+    def repeat(self, recorded: Recorded) -> None:
+        """Give an instruction that has just been made the answers of one that was recorded."""
+        for answer in recorded.answers:
+            self.answers.append(answer)
+            self.generator.send(answer)
+        self._levels.extend(recorded.levels)
 
     def _started(self) -> Command[Result]:
         function = self.step.function
@@ -127,10 +125,8 @@ def repeated(machine: Machine, step: Step, recorded: Recorded) -> UnderWay:
     machine.pins.ghost = iter(recorded.levels)
     try:
         again = UnderWay(machine, step)
-        for answer in recorded.answers:
-            again.send(answer)
+        again.repeat(recorded)
     finally:
         machine.pins.ghost = None
-    again._levels[:] = recorded.levels
     put_back(machine, now)
     return again

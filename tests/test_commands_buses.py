@@ -338,6 +338,7 @@ def test_lcdin(data: bytes) -> None:
     assert lcd.log == [(0, 128)]
     assert bytes(item.taken[0] for item in items) == data
     assert port.pins.directions == 0b1101
+    assert not port.pins.latch & 0b101
     finished(lcdout(port, [Sent(65)], command=0, pin=0), port)
     assert lcd.log[1:] == [(0, 0), (1, 65)]
 

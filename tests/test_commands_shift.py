@@ -144,6 +144,19 @@ def test_pre_modes_look_before_the_clock_rises_and_post_modes_after_it_fell() ->
         assert item.taken == [2 if mode in (MSB_PRE, MSB_POST) else 1]
 
 
+def test_edges_of_shiftin() -> None:
+    """S2 p. 431: t_h and t_l, and no level but low before the first pulse."""
+    for mode in range(4):
+        bench, port = Bench(), ToyPort()
+        port.pins.set_latch(2)
+        clock = bench.trace(port.pins.wires[1])
+        bench.start(port, shiftin(port, [Got(2, 0)], mode=mode, data_pin=0, clock_pin=1))
+        bench.run()
+        assert clock.levels == [None, 0, 1, 0, 1, 0]
+        rises = [time_ns for time_ns, level in clock.changes if level]
+        assert rises == [30 * US, 90 * US]
+
+
 def test_rates_of_the_manual() -> None:
     """S2 p. 431, 435: about 16 and 42 kbit/s."""
     for model, rate in (("BS2", 16_000), ("BS2p", 42_000)):

@@ -29,7 +29,7 @@ class Line(NamedTuple):
         bit_ns: one bit.
         seven_even: seven data bits and even parity instead of eight data bits.
         inverted: a mark is low.
-        is_open: a mark is not driven.
+        is_open: a mark is not driven; the programming port does not care.
         flow_go: the level of the flow pin that permits to send.
     """
 
@@ -56,7 +56,7 @@ def line_of(timing: Timing, baud: int, pin: int) -> Line:
         bit_ns=((baud & PERIOD) + EXTRA_UNITS) * timing.serial_unit_ns,
         seven_even=bool(baud & SEVEN_EVEN),
         inverted=port or bool(baud & INVERTED),
-        is_open=not port and bool(baud & OPEN),
+        is_open=bool(baud & OPEN),
         flow_go=int(bool(baud & INVERTED)),
     )
 

@@ -24,7 +24,8 @@ class Step:
         jump_ns: what passes besides when it jumps.
         on_pins: it reads or changes pins, so the bench must have reached its time.
         action: what it does; None where it is a generator.
-        function: the generator; None for END and STOP, which the chip knows itself.
+        function: the generator; None for STOP, which the chip knows itself.
+        items_ns: what each item of a list takes that is evaluated when its turn comes.
     """
 
     instruction: Instruction
@@ -33,6 +34,7 @@ class Step:
     on_pins: bool
     action: Action | None
     function: CommandFunction | None
+    items_ns: tuple[int, ...]
 
     @property
     def pure(self) -> bool:
@@ -44,6 +46,7 @@ def step_of(instruction: Instruction, timing: Timing) -> Step:
     """Return an instruction with everything about it that never changes."""
     name = instruction.name
     action = ACTIONS.get(name)
+    items = instruction.items if name in LISTS_LATER else ()
     return Step(
         instruction=instruction,
         ns=instruction_ns(instruction, timing),
@@ -51,17 +54,22 @@ def step_of(instruction: Instruction, timing: Timing) -> Step:
         on_pins=action is None or name in ON_PINS or _on_pins(instruction),
         action=action,
         function=FUNCTIONS.get(name),
+        items_ns=tuple(item_ns(item, timing) for item in items),
     )
 
 
-def arguments(instruction: Instruction, evaluator: Evaluator, timing: Timing) -> dict[str, object]:
+def arguments(step: Step, evaluator: Evaluator) -> dict[str, object]:
     """Return the keyword arguments of an instruction's generator, evaluated now."""
+    instruction = step.instruction
     made: dict[str, object] = {}
     values = evaluator.values(instruction.operands)
     for name, value in zip(instruction.form, values, strict=True):
         made[name] = label_address(value) if name.endswith("_target") else value
     if instruction.name in LISTS_LATER:
-        made["items"] = [ListItem(item, evaluator, timing) for item in instruction.items]
+        made["items"] = [
+            ListItem(item, evaluator, ns)
+            for item, ns in zip(instruction.items, step.items_ns, strict=True)
+        ]
     return made
 
 
@@ -70,10 +78,10 @@ class ListItem:
 
     __slots__ = ("_evaluator", "_item", "fetch_ns")
 
-    def __init__(self, item: Item, evaluator: Evaluator, timing: Timing) -> None:
+    def __init__(self, item: Item, evaluator: Evaluator, fetch_ns: int) -> None:
         self._item = item
         self._evaluator = evaluator
-        self.fetch_ns = item_ns(item, timing)
+        self.fetch_ns = fetch_ns
 
     @property
     def stores(self) -> bool:

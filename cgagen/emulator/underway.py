@@ -95,9 +95,7 @@ class UnderWay:
         function = self.step.function
         if function is None:
             raise AssertionError(f"{self.step.instruction.name} is no generator")
-        machine = self._machine
-        given = arguments(self.step.instruction, machine.evaluator, machine.timing)
-        return function(machine, **given)
+        return function(self._machine, **arguments(self.step, self._machine.evaluator))
 
 
 def before_of(machine: Machine) -> Before:

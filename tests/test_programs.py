@@ -1,10 +1,16 @@
 """PBASIC programs whose output is known from the documents: every byte that they send."""
 
 import re
+from pathlib import Path
 
 import pytest
-from stamp_programs import FOLDER, programs, sources
+from stamp_programs import FOLDER, StampProgram, programs, sources
 
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.bench_file import read_bench
+from cgagen.emulator.conversation import Conversation
+from cgagen.emulator.programs import bench_of_sources
+from cgagen.emulator.session import Outcome, Why, run_session
 from cgagen.stamp.chips import CHIPS
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.decode import decode
@@ -41,6 +47,34 @@ def test_every_program_says_what_it_shows() -> None:
         assert head.startswith("' Shows: "), program.name
     cited = [one for one in PROGRAMS if re.search(r"Ref: S\d", one.path.read_text())]
     assert len(cited) >= 100
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.name)
+def test_what_it_sends(program: StampProgram, compiled: dict[str, Compiled]) -> None:
+    sent, outcome = run(program, compiled)
+    assert sent == program.expected
+    assert outcome.ended is program.ends, outcome
+
+
+def run(program: StampProgram, compiled: dict[str, Compiled]) -> tuple[bytes, Outcome]:
+    """Run a program on its bench, and return every byte that it sent."""
+    bench = bench_of(program, compiled)
+    chip, sent, left = bench.chip("main"), bytearray(), [program.typed]
+    conversation = Conversation(bench, chip, sent.append, lambda _: left.pop() if left else None)
+    outcome = run_session(bench, chip, conversation, program.limit_ns)
+    assert outcome.why in (Why.END, Why.STOP, Why.TIME, Why.LOOP)
+    return bytes(sent), outcome
+
+
+def bench_of(program: StampProgram, compiled: dict[str, Compiled]) -> Bench:
+    def already(path: Path) -> Compiled:
+        return compiled[path.name]
+
+    if program.bench is not None:
+        return read_bench(program.bench, already)
+    first = compiled[program.path.name]
+    others = enumerate(first.project_files, 1)
+    return bench_of_sources({0: first} | {slot: compiled[name] for slot, name in others})
 
 
 def test_every_other_file_belongs_to_a_program(compiled: dict[str, Compiled]) -> None:

@@ -1,0 +1,85 @@
+"""Whoever sits at the terminal of a chip's programming port: what they type and what they see."""
+
+from collections.abc import Callable
+from typing import ClassVar
+
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.chip import Chip
+from cgagen.emulator.parts.part import Part
+from cgagen.emulator.parts.uart import Uart
+from cgagen.emulator.pins import SIN
+
+More = Callable[[bool], bytes | None]
+"""Asked for more to type; the argument says that the chip can do nothing without it. Returns
+nothing yet (b""), or that nothing will come any more (None)."""
+
+
+class Conversation(Part):
+    """A terminal on the programming port.
+
+    Text waits until the chip waits for a byte there, so that nothing is lost. With `at_once` it
+    goes out as it comes, at 9,600 baud, and what no SERIN takes is lost, as on a desk.
+
+    Args:
+        bench: with the chip on it.
+        chip: whose port it is.
+        seen: told every byte that the chip sends.
+        more: where text comes from.
+        at_once: see above.
+        echo: what is typed comes back over the board's wiring, and is seen.
+
+    Attributes:
+        silent: nothing more will be typed.
+    """
+
+    CIRCUIT: ClassVar[frozenset[str]] = frozenset({"_chip", "_host", "_more"})
+
+    def __init__(
+        self,
+        bench: Bench,
+        chip: Chip,
+        seen: Callable[[int], None],
+        more: More,
+        *,
+        at_once: bool = False,
+        echo: bool = False,
+    ) -> None:
+        super().__init__(f"{chip.name}_terminal", bench.clock)
+        self.silent = False
+        self._chip = chip
+        self._more = more
+        self._host: Uart = bench.host(chip.name, echo=echo)
+        self._host.heard = seen
+        self._soon = self.timer(self._type)
+        if not at_once:
+            self._host.may_send = self.wanted
+            chip.on_wait = self._chip_waits
+        bench.add_part(self)
+
+    def wanted(self) -> bool:
+        """Whether the chip waits for a byte on its programming port."""
+        waiting = self._chip.waiting
+        return waiting is not None and waiting.pin == SIN and waiting.met_ns is None
+
+    def look(self) -> None:
+        """Send what has been typed meanwhile."""
+        if not self.silent and not self._host.waiting:
+            self._send(self._more(False))
+
+    def _chip_waits(self) -> None:
+        if self._host.waiting or not self.silent:
+            self._soon.after(0)
+
+    def _type(self) -> None:
+        """The chip wants a byte: the next one, or ask for one."""
+        if not self.wanted() or self._host.sending:
+            return
+        if self._host.waiting:
+            self._host.poke()
+        elif not self.silent:
+            self._send(self._more(self._chip.waits_for_ever))
+
+    def _send(self, text: bytes | None) -> None:
+        self.silent = text is None
+        if text:
+            self._host.send(text)

@@ -151,6 +151,17 @@ def test_noise_is_short_often_enough_and_the_same_every_time() -> None:
     assert run(2)[0] != first
 
 
+def test_noise_that_ends_within_a_glitch_leaves_nothing_behind() -> None:
+    clock, wire = Clock(), Wire("w", pull=1)
+    noise = Noise("noise", clock, wire, MS, 400_000)
+    while wire.level == 1:
+        clock.run_next()
+    noise.switch(False)
+    assert wire.level == 1
+    clock.run_until(clock.now_ns + 20 * MS)
+    assert (wire.level, noise.fired) == (1, 1)
+
+
 def test_noise_on_a_floating_wire_has_nothing_to_turn_round() -> None:
     clock, wire = Clock(), Wire("w")
     noise = Noise("noise", clock, wire, MS, 1_000)

@@ -146,3 +146,16 @@ def test_letting_go_makes_no_glitch() -> None:
     assert heard == []
     bench.clock.run_until(2 * MS)
     assert heard == [0]
+
+
+def test_a_pin_that_is_cut_off_lets_go() -> None:
+    bench = CellBench()
+    bench.cell.light(10_000)
+    end = Wire("main.P11")
+    bench.pins.wires[PIN].join(end)
+    end.drive("main.P11", 1)
+    bench.clock.run_until(MS)
+    end.leave()
+    assert bench.pins.level(PIN) == 1
+    bench.clock.run_until(2 * MS)
+    assert bench.pins.level(PIN) == 0

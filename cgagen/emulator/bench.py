@@ -250,8 +250,7 @@ class Bench:
             self.chips[name].restore(chip_state)
 
     def _all_wires(self) -> list[Wire]:
-        named = [*self.wires.values(), *self._ends.values()]
-        return list({id(end): end for wire in named for end in (wire, *wire.ends)}.values())
+        return [*self.wires.values(), *self._ends.values()]
 
     def _refuse_strays(self) -> None:
         known = {booking for part in self.parts.values() for booking in part.bookings()}

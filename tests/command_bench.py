@@ -101,7 +101,7 @@ class Task:
                 self._clock.after(ns, lambda ns=ns: self._go(ns))  # type: ignore[misc]
                 return
             assert request.timeout_ns >= 0
-            if self._pins.level(request.pin) == request.level:
+            if self._pins.peek(request.pin) == request.level:
                 answer = 0
             elif request.timeout_ns == 0:
                 answer = None

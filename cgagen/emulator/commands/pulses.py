@@ -42,7 +42,6 @@ def pulsin(port: Port, *, state: int, pin: int) -> Command[Result]:
     unit_ns = port.timing.pulsin_ns
     left_ns = LONGEST_COUNT * unit_ns
     release(port.pins, pin)
-    port.pins.level(pin)  # a pin that floats is reported
     for level in (1 - state, state):
         waited_ns = yield Until(pin, level, left_ns)
         if waited_ns is None:

@@ -39,7 +39,7 @@ RUNS: dict[str, Start] = {
     "LCDCMD": lambda p: lcdcmd(p, command=1, pin=8),
     "LCDIN": lambda p: lcdin(p, [Got(6, 2, stores=False)], command=1, pin=8),
     "LCDOUT": lambda p: lcdout(p, text(b"ab"), command=1, pin=8),
-    "OWIN": lambda p: owin(p, [Got()], mode=3, pin=1),
+    "OWIN": lambda p: owin(p, [Got()], mode=3, pin=4),
     "OWOUT": lambda p: owout(p, text(b"a"), mode=3, pin=3),
     "PULSIN": lambda p: pulsin(p, state=1, pin=1),
     "PULSOUT": lambda p: pulsout(p, duration=100, pin=2),

@@ -102,7 +102,7 @@ def test_a_loop_takes_a_jump_for_each_pass_but_the_last(tokenizer: Tokenizer) ->
 )
 def test_time_of_their_own(tokenizer: Tokenizer, model: str, source: str, ns: int) -> None:
     """All but the bits: a chip whose interpreter takes next to nothing."""
-    free = {name: 0 for name in ("fetch_ns", "bit_ns", "jump_ns", "read_ns")}
+    free = dict.fromkeys(("fetch_ns", "bit_ns", "jump_ns", "read_ns"), 0)
     assert spent(tokenizer, model, source, **free) == ns
 
 

@@ -388,6 +388,18 @@ def test_two_chips_talk_over_a_wire(tokenizer: Tokenizer) -> None:
     assert bench.clock.now_ns == 1 * S
 
 
+def test_what_a_host_sends_comes_back(tokenizer: Tokenizer) -> None:
+    bench = Bench()
+    source = "x VAR Byte\nPAUSE 20\nDEBUGIN DEC x\nDEBUG DEC x * 2\nSTOP"
+    bench.add_chip(Chip("a", [program(tokenizer, source)], bench.clock))
+    host = bench.host("a")
+    bench.run(30 * MS)
+    host.send(b"21\r")
+    bench.run(1 * S)
+    assert host.received == b"21\r42"
+    assert bench.host("a") is host
+
+
 def test_run_until_gives_up_at_its_limit_also_where_nothing_is_booked() -> None:
     bench = Bench()
     assert not bench.run_until(lambda: False, 7 * MS)

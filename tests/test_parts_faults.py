@@ -195,3 +195,15 @@ def test_a_probe_keeps_the_newest_edges() -> None:
     assert 10 <= len(probe.edges) <= 20
     assert probe.edges[-1] == (999, 1)
     assert probe.pulses()[-1] == (997, 1, 1)
+
+
+def test_a_whisker_gives_way_to_an_output() -> None:
+    """220 ohm and 10 kohm: a pin that is an output by mistake wins, and nothing burns."""
+    bench = WireBench()
+    bench.pins.set_directions(1 << 8)
+    assert bench.wire.level == 0
+    bench.pins.set_latch(1 << 8)
+    bench.whisker.touch(True)
+    assert bench.wire.level == 1
+    bench.pins.set_directions(0)
+    assert bench.wire.level == 0

@@ -175,3 +175,16 @@ def test_an_srf04_wants_ten_microseconds_and_ten_milliseconds() -> None:
     bench.clock.run_until(ended_ns + 300 * US + 1 * MS + 10 * MS + 1)
     bench.trigger()
     assert bench.srf.triggers == 2
+
+
+def test_two_faults_of_one_sonar_add_up() -> None:
+    bench = PingBench()
+    bench.ping.see(10)
+    LateEcho("late", bench.clock, bench.ping, MS)
+    NoEcho("dead", bench.clock, bench.ping, from_ns=100 * MS)
+    later = LateEcho("later", bench.clock, bench.ping, 2 * MS)
+    bench.clock.run_until(1)
+    assert bench.echo() == (3 * MS + 750 * US, 1_474_920)
+    bench.clock.run_until(200 * MS)
+    assert bench.echo() is None
+    assert later.fired == 1

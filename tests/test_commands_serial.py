@@ -465,7 +465,7 @@ def test_two_chips_with_flow_control_lose_nothing() -> None:
 
 
 def test_a_chip_that_is_busy_between_bytes_loses_the_next() -> None:
-    """S2 p. 412: no buffer. Up to a bit and a half of work fits beside the stop bit."""
+    """S2 p. 411: no buffer. Up to a bit and a half of work fits beside the stop bit."""
     b = 104 * US
     for busy_ns, arrives in ((b * 3 // 2 - 1, True), (b * 3, False)):
         second = Got(fetch_ns=busy_ns)

@@ -1,6 +1,7 @@
 """SERIN, which DEBUGIN is too: serial input with parity, time-out and flow pin.
 
-Ref: S2 p. 393 to 413; S9 (1.8) p. 315 for the time-out, which every byte starts anew.
+Ref: S2 p. 393 to 413; S9 (1.8) p. 315 for the time-out, which every byte starts anew; S2 p. 411 for
+bytes that are garbled because the chip is still busy with the item before.
 """
 
 from cgagen.emulator.commands.levels import FOREVER_NS, LAST_PIN, drive, release

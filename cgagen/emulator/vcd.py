@@ -6,6 +6,7 @@ written as reals because sigrok's reader (libsigrok 0.5.2) gives up at a vector;
 
 import os
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,7 +30,8 @@ class Waveform:
     Args:
         file: open for writing; it stays open.
         clock: of the bench.
-        wires: by name; "main.SOUT" becomes SOUT in the scope main.
+        wires: by name; "main.SOUT" becomes SOUT in the scope main, and main_SOUT there where
+            another scope has a SOUT: decoders go by the short name alone.
         numbers: names of numbers that `set` will give, likewise.
 
     >>> import io
@@ -52,13 +54,12 @@ class Waveform:
             file, timescale="1 ns", date="", version="cgagen", init_timestamp=clock.now_ns
         )
         self._stops = []
+        places = _places([*wires, *numbers])
         for name, wire in wires.items():
-            scope, short = _scope_and_name(name)
-            variable = self._writer.register_var(scope, short, "wire", 1, _shown(wire.level))
+            variable = self._writer.register_var(*places[name], "wire", 1, _shown(wire.level))
             self._stops.append(wire.listen(self._listener(variable)))
         self._numbers = {
-            name: self._writer.register_var(*_scope_and_name(name), "real", init=0.0)
-            for name in numbers
+            name: self._writer.register_var(*places[name], "real", init=0.0) for name in numbers
         }
 
     def set(self, name: str, value: int) -> None:
@@ -166,9 +167,18 @@ def _storage_error(path: object, error: OSError) -> StorageError:
     )
 
 
-def _scope_and_name(name: str) -> tuple[str, str]:
-    scope, dot, short = name.rpartition(".")
-    return (scope, short) if dot else (NO_SCOPE, name)
+def _places(names: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Return scope and short name of each.
+
+    >>> _places(["main.SOUT", "legs.SOUT", "main.SIN", "led"])["legs.SOUT"]
+    ('legs', 'legs_SOUT')
+    """
+    parts = {name: name.rpartition(".") for name in names}
+    shorts = Counter(short for _, _, short in parts.values())
+    return {
+        name: (scope or NO_SCOPE, short if shorts[short] == 1 else name.replace(".", "_"))
+        for name, (scope, _, short) in parts.items()
+    }
 
 
 def _shown(level: int | None) -> int | str:

@@ -108,6 +108,7 @@ class Writer:
         place = token.value * token.size_bits
         shift, index_of_word = place & 15, place >> 4 & 15
         if index_of_word == INS:
+            self.line("pass")
             return
         target = f"r[{index_of_word}]"
         if index_of_word == OUTS:

@@ -8,6 +8,7 @@ out, touches a pin; nothing of it has happened.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 from cgagen.emulator.arithmetic import next_random
 from cgagen.emulator.block_flow import EXIT, Flow, flow_from
@@ -17,7 +18,20 @@ from cgagen.emulator.steps import Step
 from cgagen.emulator.unknowns import Unknowns
 from cgagen.stamp.program import Instruction
 
-Block = Callable[[list[int], Machine], tuple[int, int]]
+Function = Callable[[list[int], Machine], tuple[int, int]]
+
+
+class Block(NamedTuple):
+    """A piece of a program.
+
+    Attributes:
+        function: carries it out; see above.
+        most_ns: it never takes longer.
+    """
+
+    function: Function
+    most_ns: int
+
 
 COUNT_BITS = 32
 
@@ -38,7 +52,8 @@ def block_at(address: int, step_at: Callable[[int], Step], unknowns: Unknowns) -
     flow = flow_from(address, step_at)
     if address not in flow.steps:
         return None
-    return _compiled(address, *block_text(address, flow, unknowns))
+    most_ns = sum(step.ns + step.jump_ns for step in flow.steps.values())
+    return Block(_compiled(address, *block_text(address, flow, unknowns)), most_ns)
 
 
 def block_text(address: int, flow: Flow, unknowns: Unknowns) -> tuple[str, dict[str, object]]:
@@ -49,9 +64,9 @@ def block_text(address: int, flow: Flow, unknowns: Unknowns) -> tuple[str, dict[
     return f"def block(r, m):\n    p = m.pins\n{body}\n", writer.names
 
 
-def _compiled(address: int, text: str, names: dict[str, object]) -> Block:
+def _compiled(address: int, text: str, names: dict[str, object]) -> Function:
     exec(compile(text, f"<block {address}>", "exec"), names)
-    block: Block = names["block"]  # type: ignore[assignment]
+    block: Function = names["block"]  # type: ignore[assignment]
     return block
 
 

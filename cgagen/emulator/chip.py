@@ -388,7 +388,7 @@ class Chip:
         machine.gosubs[:] = state.gosubs
         machine.polling = state.polling.copy()
         self.local_ns = state.local_ns
-        self._slice_ns = 0
+        self._slice_ns = self._limit_ns = 0
         self.ended = state.ended
         self.instructions = state.instructions
         self._settled = state.settled
@@ -406,7 +406,7 @@ class Chip:
     def _begin(self, hold_ns: int) -> None:
         self.ended = None
         self.local_ns = self.clock.now_ns + hold_ns
-        self._slice_ns = 0
+        self._slice_ns = self._limit_ns = 0
         self._settled = False
         self._answer = self._step = self._waiting = None
         self._timer.at(self.local_ns)
@@ -479,7 +479,7 @@ class Chip:
         if self.local_ns >= self._slice_ns:
             if not self._reach():
                 return False
-            self._slice_ns = min(self.local_ns + RUN_AHEAD_NS, self.clock.limit_ns + 1)
+            self._set_limits()
         if machine.polling.active or self._hooks or self._each or self._watch is not None:
             if not self._settled and not self._settle():
                 return False
@@ -494,12 +494,24 @@ class Chip:
             self._act(step)
         return True
 
+    def _set_limits(self) -> None:
+        """Note how far to go before the bench must have caught up.
+
+        An instruction begins before `_slice_ns`, and a block ends before `_limit_ns`: so a run
+        ends between the same two instructions whether they are compiled or not.
+        """
+        clock = self.clock
+        in_run = clock.limit_ns >= clock.now_ns
+        self._limit_ns = clock.limit_ns + 1 if in_run else NEVER_NS
+        self._slice_ns = min(self.local_ns + RUN_AHEAD_NS, self._limit_ns)
+
     def _sprint(self, compile_after: int) -> None:
         """Carry out what is compiled, as far as it goes."""
         machine = self.machine
         program = self._programs[machine.slot]
         blocks, words, address = program.blocks, machine.registers.words, machine.pc
-        room, took = self._slice_ns - self.local_ns << COUNT_BITS, 0
+        local_ns, took = self.local_ns, 0
+        room, limit = self._slice_ns - local_ns << COUNT_BITS, self._limit_ns - local_ns
         while took < room:
             block = blocks.get(address)
             if block is None:
@@ -507,7 +519,9 @@ class Chip:
                     break
                 blocks[address] = block_at(address, self._step_at, machine.unknowns)
                 continue
-            address, spent = block(words, machine)
+            if (took >> COUNT_BITS) + block.most_ns > limit:
+                break
+            address, spent = block.function(words, machine)
             took += spent
             if address < 0:
                 address = ~address

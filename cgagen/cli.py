@@ -25,6 +25,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "simulate": ("simulate", "Play one episode, a line per step."),
     "build": ("build", "Write and compile the programs of both Stamps."),
     "compile": ("compile", "Compile any PBASIC source to an EEPROM image."),
+    "emulate": ("emulate", "Run any PBASIC program on an emulated Stamp."),
     "info": ("info", "Describe a genome, run, robot, build or image."),
     "benchmark": ("benchmark", "Measure speed on this machine, as rates and ratios."),
 }

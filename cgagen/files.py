@@ -1,9 +1,13 @@
 """Files written whole or not at all, and the digests that name their content."""
 
+import errno
 import hashlib
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
 from cgagen.errors import StorageError
 
@@ -28,10 +32,7 @@ def write_bytes(path: Path, data: bytes) -> None:
         os.replace(temporary, path)
         temporary = None
     except OSError as error:
-        raise StorageError(
-            f"{path}: cannot be written ({error.strerror or error}); "
-            "free some space or choose another folder"
-        ) from error
+        raise _refused(path, error) from error
     finally:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
@@ -44,6 +45,48 @@ def write_text(path: Path, text: str) -> None:
         StorageError: see `write_bytes`.
     """
     write_bytes(path, text.encode())
+
+
+@contextmanager
+def text_stream(path: Path) -> Iterator[TextIO]:
+    """Write text of any length; the file takes its name when the block ends.
+
+    It does so where the block ends in an error, too: what led to the error is what one wants to
+    read then.
+
+    Raises:
+        StorageError: the disk is full, read-only or gone.
+    """
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    except OSError as error:
+        raise _refused(path, error) from error
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            try:
+                yield file
+            finally:
+                file.flush()
+                os.fsync(file.fileno())
+                os.chmod(temporary, 0o644)
+                os.replace(temporary, path)
+    except OSError as error:
+        # Other errors of the block, such as a reader that has gone, are none of the disk's.
+        if error.errno not in _OF_THE_DISK:
+            raise
+        raise _refused(path, error) from error
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+_OF_THE_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EISDIR}
+
+
+def _refused(path: Path, error: OSError) -> StorageError:
+    return StorageError(
+        f"{path}: cannot be written ({error.strerror or error}); "
+        "free some space or choose another folder"
+    )
 
 
 def make_folder(path: Path) -> None:

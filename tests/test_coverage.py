@@ -123,7 +123,7 @@ def test_lcov(covered: SourceCoverage) -> None:
 
 def test_listing(covered: SourceCoverage) -> None:
     rows = coverage_listing([covered]).splitlines()
-    assert rows[0] == "it.bs2: 14 of 19 lines, 11 of 16 branches"
+    assert rows[0] == "coverage of it.bs2: 14 of 19 lines, 11 of 16 branches"
     assert "        3    21  NEXT" in rows
     assert "                 ' left 1, again 2" in rows
     assert "    -----    10        y = 99" in rows

@@ -21,6 +21,9 @@ _WORDS: dict[str, tuple[str, str]] = {
 }
 """Instructions that decide: going on behind themselves, and jumping."""
 
+LISTING_TITLE = "coverage of "
+"""What a listing begins with."""
+
 _LABELLED = ("went on", "to a label")
 """Serial instructions with a label for time-out or parity."""
 
@@ -152,7 +155,7 @@ def coverage_listing(sources: Sequence[SourceCoverage]) -> str:
     """Return the sources with a count before each line, `-----` where it was never executed."""
     rows: list[str] = []
     for one in sources:
-        rows += [one.summary, ""]
+        rows += [LISTING_TITLE + one.summary, ""]
         known = {line.line: line for line in one.lines}
         for number, text in enumerate(one.source.splitlines(), 1):
             line = known.get(number)

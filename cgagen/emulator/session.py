@@ -69,6 +69,8 @@ def run_session(
     clock = bench.clock
     while True:
         why = _why(bench, chip, conversation, limit_ns)
+        if why in (Why.LOOP, Why.WAITS) and limit_ns < NEVER_NS:
+            bench.run(limit_ns)
         if why is not None:
             return Outcome(why, clock.now_ns, chip.instructions)
         bench.run(min(clock.now_ns + SLICE_NS, limit_ns))

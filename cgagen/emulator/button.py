@@ -1,7 +1,7 @@
 """What BUTTON does with its workspace. Ref: S2 p. 137, 138.
 
-The byte's encoding is not documented; ours (choice): 0 while the button is up, else 1 more than
-the executions that are still to come before the next repeat; 255 stays 255 where none comes.
+The byte's encoding is not documented; ours (choice): 0 while the button is up, else how many
+executions away the next repeat is; 255 stays 255 where none comes.
 """
 
 
@@ -13,23 +13,23 @@ def button(pressed: bool, delay: int, rate: int, work: int, target: int) -> tupl
 
     Args:
         pressed: the pin has the level of a button that is down.
-        delay: executions before the first repeat; 0 for neither debounce nor repeat, 255 for
+        delay: executions from the press to the first repeat; 0 for neither debounce nor repeat, 255 for
             no repeat.
-        rate: executions between repeats.
+        rate: executions from one repeat to the next.
         work: the workspace.
         target: 1 goes to the label when the button acts, 0 when it does not.
 
-    >>> button(True, 2, 1, 0, 1), button(True, 2, 1, 3, 1), button(True, 2, 1, 1, 1)
-    ((3, True), (2, False), (2, True))
+    >>> button(True, 2, 5, 0, 1), button(True, 2, 5, 2, 1), button(True, 2, 5, 1, 1)
+    ((2, True), (1, False), (5, True))
     """
     if delay == 0:
         return work, pressed == bool(target)
     if not pressed:
         return 0, target == 0
     if work == 0:
-        return min(delay + 1, 255), target == 1
+        return delay, target == 1
     if delay == 255:
         return 255, target == 0
     if work > 1:
         return work - 1, target == 0
-    return min(rate + 1, 255), target == 1
+    return max(rate, 1), target == 1

@@ -55,11 +55,14 @@ def line_at(programs: Mapping[int, Compiled], slot: int, bit: int) -> int | None
 def _texts(image: Image) -> dict[int, str]:
     """Return the words of each instruction by its address, as far as they make a program."""
     try:
-        lines = listing(decode(image.eeprom, image.model, image.flags), image)
+        program = decode(image.eeprom, image.model, image.flags)
+        lines = listing(program, image)
     except ImageError:
         return {}
-    return {
-        line.address: _LABEL.sub("", line.text).strip()
-        for line in lines
-        if line.address is not None
-    }
+    # What the tokenizer adds itself, such as the last END, has a name and no line of a listing.
+    texts = {instruction.address: instruction.name for instruction in program.instructions}
+    for line in lines:
+        text = _LABEL.sub("", line.text).strip()
+        if line.address is not None and text:
+            texts[line.address] = text
+    return texts

@@ -13,8 +13,8 @@ def button(pressed: bool, delay: int, rate: int, work: int, target: int) -> tupl
 
     Args:
         pressed: the pin has the level of a button that is down.
-        delay: executions from the press to the first repeat; 0 for neither debounce nor repeat, 255 for
-            no repeat.
+        delay: executions from the press to the first repeat; 0 for neither debounce nor
+            repeat, 255 for no repeat.
         rate: executions from one repeat to the next.
         work: the workspace.
         target: 1 goes to the label when the button acts, 0 when it does not.

@@ -1,0 +1,314 @@
+"""How a chip goes on: fetch, wait until the bench has caught up, act.
+
+A chip runs ahead of the clock while it touches no pin. Before an instruction with pins acts, and
+at the end of every delay, the clock has come to where the chip is; where nobody else on the
+bench has anything to do before that, the chip moves the clock itself.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from cgagen.emulator.blocks import COUNT_BITS, block_at
+from cgagen.emulator.chip_state import Coverage, End, Program, Waiting
+from cgagen.emulator.clock import NEVER_NS, Clock, Timer
+from cgagen.emulator.machine import Machine
+from cgagen.emulator.memory import Memory
+from cgagen.emulator.pins import Pins
+from cgagen.emulator.port import Jump, Result
+from cgagen.emulator.requests import Delay
+from cgagen.emulator.steps import Step, step_of
+from cgagen.emulator.timing import Timing, timing_of
+from cgagen.emulator.underway import UnderWay
+from cgagen.emulator.unknowns import CHOICES, Unknowns
+from cgagen.errors import BenchError, ExecutionError, ImageError
+from cgagen.stamp.image import Image
+
+RUN_AHEAD_NS = 5_000_000
+"""How far a chip may be ahead of the bench while it touches no pin. Ref: choice; nothing that can
+be seen from outside depends on it."""
+
+
+class Runner:
+    """The part of `cgagen.emulator.chip.Chip` that carries a program out; see there."""
+
+    def __init__(
+        self,
+        name: str,
+        images: Sequence[Image],
+        clock: Clock,
+        *,
+        timing: Timing | None = None,
+        unknowns: Unknowns = CHOICES,
+        floated: Callable[[int], None] = lambda pin: None,
+        compile_after: int | None = 2,
+    ) -> None:
+        models = {image.model.name: image.model for image in images}
+        slots = {image.slot: image.eeprom for image in images}
+        if len(models) != 1 or len(slots) != len(images):
+            raise BenchError(
+                f"{name}: give one image for each program slot, all for one model, not "
+                f"{len(images)} for {', '.join(models) or 'none'}"
+            )
+        (model,) = models.values()
+        self.name = name
+        self.clock = clock
+        memory = Memory(model, slots, self._forget)
+        self.machine = Machine(
+            model, memory, Pins(name, floated), timing or timing_of(model), unknowns
+        )
+        self.instructions = 0
+        self.coverage: Coverage | None = None
+        self.on_wait: Callable[[], None] | None = None
+        self._programs = [Program() for _ in memory.slots]
+        self._compile_after = compile_after
+        self._hooks: dict[tuple[int, int], list[Callable[[Any], None]]] = {}
+        self._each: list[Callable[[Any], None]] = []
+        self._watch: Callable[[], bool] | None = None
+        self._timer = Timer(clock, self._proceed)
+        self._stop_listening: Callable[[], None] = _nothing
+        self._under_way: UnderWay | None = None
+        self._step: Step | None = None
+        self._waiting: Waiting | None = None
+        self._answer: int | None = None
+        self.ended: End | None = None
+        self._begin(0)
+
+    def _begin(self, hold_ns: int) -> None:
+        self.ended = None
+        self.local_ns = self.clock.now_ns + hold_ns
+        self._slice_ns = self._limit_ns = 0
+        self._settled = False
+        self._answer = self._step = self._waiting = None
+        self._timer.at(self.local_ns)
+
+    def _stop(self) -> None:
+        """Give up what is under way."""
+        self._stop_listening()
+        self._stop_listening = _nothing
+        self._waiting = None
+        self._timer.cancel()
+        if self._under_way is not None:
+            self._under_way.close()
+            self._under_way = None
+
+    def _forget(self, slot: int) -> None:
+        """A slot's program was written over."""
+        self._programs[slot] = Program()
+
+    def _step_at(self, address: int) -> Step:
+        """Return an instruction of the slot that runs.
+
+        Raises:
+            ExecutionError: there is none.
+        """
+        slot = self.machine.slot
+        steps = self._programs[slot].steps
+        step = steps.get(address)
+        if step is None:
+            try:
+                instruction = self.machine.memory.slots[slot].at(address)
+            except ImageError as error:
+                raise ExecutionError(f"{self.name}: slot {slot}, {error}") from error
+            step = steps[address] = step_of(instruction, self.machine.timing)
+        return step
+
+    def _proceed(self) -> None:
+        """The clock has come to where something goes on."""
+        waiting = self._waiting
+        if waiting is not None:
+            self._stop_listening()
+            self._stop_listening = _nothing
+            self._waiting = None
+            self.local_ns = self.clock.now_ns
+            met = waiting.met_ns
+            self._answer = None if met is None else met - waiting.since_ns
+        while self._go_on():
+            pass
+
+    def _go_on(self) -> bool:
+        """Do the next thing; False when the chip has to wait for others, or for ever."""
+        if self._under_way is not None:
+            return self._carry_on(self._under_way)
+        if self._step is not None:
+            if not self._reach():
+                return False
+            step, self._step = self._step, None
+            self._act(step)
+            return True
+        return self.ended is None and self._fetch()
+
+    def _reach(self) -> bool:
+        """Make the clock stand where the chip is; False where others come first."""
+        if self.clock.now_ns == self.local_ns or self.clock.advance(self.local_ns):
+            return True
+        self._timer.at(self.local_ns)
+        return False
+
+    def _fetch(self) -> bool:
+        machine = self.machine
+        if self.local_ns >= self._slice_ns:
+            if not self._reach():
+                return False
+            self._set_limits()
+        if machine.polling.active or self._hooks or self._each or self._watch is not None:
+            if not self._settled and not self._settle():
+                return False
+            self._settled = False
+        elif self._compile_after is not None and self.coverage is None:
+            self._sprint(self._compile_after)
+        step = self._step_at(machine.pc)
+        self.local_ns += step.ns
+        if step.on_pins:
+            self._step = step
+        else:
+            self._act(step)
+        return True
+
+    def _set_limits(self) -> None:
+        """Note how far to go before the bench must have caught up.
+
+        An instruction begins before `_slice_ns`, and a block ends before `_limit_ns`: so a run
+        ends between the same two instructions whether they are compiled or not.
+        """
+        clock = self.clock
+        in_run = clock.limit_ns >= clock.now_ns
+        self._limit_ns = clock.limit_ns + 1 if in_run else NEVER_NS
+        self._slice_ns = min(self.local_ns + RUN_AHEAD_NS, self._limit_ns)
+
+    def _sprint(self, compile_after: int) -> None:
+        """Carry out what is compiled, as far as it goes."""
+        machine = self.machine
+        program = self._programs[machine.slot]
+        blocks, words, address = program.blocks, machine.registers.words, machine.pc
+        local_ns, took = self.local_ns, 0
+        room, limit = self._slice_ns - local_ns << COUNT_BITS, self._limit_ns - local_ns
+        while took < room:
+            block = blocks.get(address)
+            if block is None:
+                if address in blocks or not program.worn(address, compile_after):
+                    break
+                blocks[address] = block_at(address, self._step_at, machine.unknowns)
+                continue
+            if (took >> COUNT_BITS) + block.most_ns > limit:
+                break
+            address, spent = block.function(words, machine)
+            took += spent
+            if address < 0:
+                address = ~address
+                break
+        machine.pc = address
+        self.local_ns += took >> COUNT_BITS
+        self.instructions += took & (1 << COUNT_BITS) - 1
+
+    def _settle(self) -> bool:
+        """Poll, call hooks and look whether to stop, all of it between two instructions."""
+        if not self._reach():
+            return False
+        self._settled = True
+        machine = self.machine
+        if machine.polling.active:
+            slot = machine.polling.poll(machine.main_pins)
+            if slot is not None:
+                machine.pc = machine.run_slot(slot)
+                self.local_ns += machine.timing.jump_ns
+                self._settled = False
+                return True
+        for hook in (*self._hooks.get((machine.slot, machine.pc), ()), *self._each):
+            hook(self)
+        if self._watch is not None and self._watch():
+            self.clock.stop()
+        if self.clock.stopped:
+            self._timer.at(self.local_ns)
+            return False
+        return True
+
+    def _act(self, step: Step) -> None:
+        """Carry out an instruction whose time has come."""
+        machine, instruction = self.machine, step.instruction
+        self.instructions += 1
+        if self.coverage is not None:
+            self.coverage.counts[machine.slot, instruction.address] += 1
+        if step.action is None:
+            if instruction.name in ("END", "STOP"):
+                self.ended = End(instruction.name)
+            if step.function is not None:
+                self._under_way = UnderWay(machine, step)
+                self._answer = None
+            return
+        place = (machine.slot, instruction.address)
+        target = step.action(machine, instruction)
+        if self.coverage is not None and step.jump_ns:
+            self.coverage.branch(place, target is not None)
+        if target is None:
+            machine.pc = instruction.end
+            return
+        machine.pc = target
+        self.local_ns += step.jump_ns
+        if target == instruction.address and instruction.name == "GOTO":
+            if not machine.polling.active:
+                self.ended = End.LOOP
+
+    def _carry_on(self, under_way: UnderWay) -> bool:
+        """Meet the requests of an instruction as long as nobody else has to come first."""
+        clock, send, answers = self.clock, under_way.generator.send, under_way.answers
+        while clock.now_ns == self.local_ns or clock.advance(self.local_ns):
+            answers.append(self._answer)
+            try:
+                request = send(self._answer)
+            except StopIteration as stop:
+                self._finish(under_way, stop.value)
+                return True
+            if type(request) is Delay:
+                self._answer = request.ns
+                self.local_ns += request.ns
+            elif not self._met(*request):
+                return False
+        self._timer.at(self.local_ns)
+        return False
+
+    def _met(self, pin: int, level: int, timeout_ns: int) -> bool:
+        """Answer `Until` if it can be answered at once; otherwise wait."""
+        if self.machine.pins.peek(pin) == level:
+            self._answer = 0
+            return True
+        if timeout_ns <= 0:
+            self._answer = None
+            return True
+        now_ns = self.clock.now_ns
+        self._listen(Waiting(pin, level, now_ns))
+        if now_ns + timeout_ns < NEVER_NS:
+            self._timer.at(now_ns + timeout_ns)
+        if self.on_wait is not None:
+            self.on_wait()
+        return False
+
+    def _listen(self, waiting: Waiting) -> None:
+        self._waiting = waiting
+        self._stop_listening = self.machine.pins.wires[waiting.pin].listen(self._heard)
+
+    def _heard(self, level: int | None) -> None:
+        """The wire that is waited for has changed."""
+        waiting = self._waiting
+        if waiting is not None and waiting.met_ns is None and (level or 0) == waiting.level:
+            self._waiting = waiting._replace(met_ns=self.clock.now_ns)
+            self._timer.after(0)
+
+    def _finish(self, under_way: UnderWay, result: Result) -> None:
+        """Store what an instruction found, and go on where it says."""
+        machine, instruction = self.machine, under_way.step.instruction
+        under_way.close()
+        self._under_way = None
+        if self.ended is not None:
+            return
+        if isinstance(result, int) and instruction.write is not None:
+            machine.evaluator.store(instruction.write, result)
+        jumped = isinstance(result, Jump)
+        if self.coverage is not None and instruction.targets:
+            self.coverage.branch((machine.slot, instruction.address), jumped)
+        machine.pc = result.address if isinstance(result, Jump) else instruction.end
+        if jumped:
+            self.local_ns += machine.timing.jump_ns
+
+
+def _nothing() -> None:
+    pass

@@ -17,6 +17,11 @@
      +-- ToolchainError     4   no Node, no tokenizer, a wrong hash, a worker that died
      +-- NetworkError       5   the tokenizer could not be fetched
      +-- SourceError        6   the tokenizer refused a PBASIC source: file, line, column, its words
+     +-- RigError           7   a target that does not answer, or not as it should: BLOCKED
+     |    +-- TargetTimeout     it gave no decision in time
+     |    +-- IdentityError     it runs other programs than those to be tried
+     +-- MismatchError      9   a decision that is not the simulator's: FAIL
+     +-- UnprovenError     11   not enough evidence for a verdict
      +-- StoppedError      10   stopped by the user or a full disk; the run folder can be resumed
 
 The numbers are the exit codes of the command line. 1 is a bug of ours, 2 is usage (click's).
@@ -134,6 +139,32 @@ class SourceError(CgagenError):
         self.line = line
         self.column = column
         self.length = length
+
+
+class RigError(CgagenError):
+    """A target, its port or its wiring is sick; nothing is known of the firmware: BLOCKED."""
+
+    exit_code = 7
+
+
+class TargetTimeout(RigError):  # noqa: N818  a word of the field
+    """A target gave no decision in time, however often it was asked."""
+
+
+class IdentityError(RigError):
+    """A target runs other programs than those that are to be tried."""
+
+
+class MismatchError(CgagenError):
+    """A target decides otherwise than the simulator: FAIL."""
+
+    exit_code = 9
+
+
+class UnprovenError(CgagenError):
+    """There is not enough evidence for a verdict: UNPROVEN."""
+
+    exit_code = 11
 
 
 class StoppedError(CgagenError):

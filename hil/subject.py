@@ -1,0 +1,101 @@
+"""What is on trial: a robot, its genome, and the programs that are to be in its chips."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cgagen.build import Build, read_record
+from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE
+from cgagen.errors import CgagenError, FolderError
+from cgagen.genome import Genome, load
+from cgagen.robot import Robot, load_robot
+from cgagen.stamp.chips import chip
+from cgagen.stamp.image import Image
+from cgagen.words import COMMANDS, Role
+
+CHIPS = ("main", "locomotion")
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A robot's firmware, with what it is to agree with.
+
+    Attributes:
+        robot: its thresholds and wiring are what the firmware is compared with.
+        genome: the predator's; None for a prey.
+        images: what is executed, by chip.
+        sources: PBASIC by chip; for line numbers, and judged against the images.
+        files: name of each source.
+        where: what messages call it.
+    """
+
+    robot: Robot
+    genome: Genome | None
+    images: dict[str, Image]
+    sources: dict[str, str] = field(repr=False)
+    files: dict[str, str]
+    where: str
+
+    @property
+    def role(self) -> Role:
+        """Predator or prey."""
+        return self.robot.role
+
+    @property
+    def genome_digest(self) -> str:
+        """The 8 digits that the banners say."""
+        return (self.genome.digest if self.genome else self.robot.digest)[:8]
+
+    def movement(self, command: int) -> str:
+        """Return a command's name."""
+        return str(COMMANDS[self.role][command])
+
+
+def subject_of(build: Build, where: str) -> Subject:
+    """Return a build as it was just made."""
+    programs = dict(zip(CHIPS, build.programs, strict=True))
+    return Subject(
+        build.robot,
+        build.genome,
+        {name: built.image for name, built in programs.items()},
+        {name: built.program.source for name, built in programs.items()},
+        {name: built.program.file for name, built in programs.items()},
+        where,
+    )
+
+
+def read_subject(folder: Path) -> Subject:
+    """Return what lies in a build folder, changed by hand or not.
+
+    Raises:
+        FolderError: the folder is no build.
+        CgagenError: its genome or its robot is not readable.
+    """
+    record = read_record(folder)
+    try:
+        programs = {name: record["programs"][name] for name in CHIPS}
+        images = {
+            name: Image(chip(row["model"]), (folder / row["image"]).read_bytes(), slot=row["slot"])
+            for name, row in programs.items()
+        }
+        sources = {
+            name: (folder / row["source"]).read_text("ascii", "replace")
+            for name, row in programs.items()
+        }
+        files = {name: row["source"] for name, row in programs.items()}
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise FolderError(
+            f"{folder}: {BENCH_FILE} and the files of build.json do not fit ({error}); "
+            "build it again"
+        ) from error
+    robot = load_robot(str(folder / ROBOT_FILE))
+    genome = load(folder / GENOME_FILE) if robot.role is Role.PREDATOR else None
+    return Subject(robot, genome, images, sources, files, str(folder))
+
+
+def is_build(folder: Path) -> bool:
+    """Say whether a folder is a build."""
+    try:
+        read_record(folder)
+    except CgagenError:
+        return False
+    return True

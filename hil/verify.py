@@ -1,0 +1,193 @@
+"""All checks of one robot, as `cgagen verify` and the tests run them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
+from cgagen.words import Role
+from hil.emulated import Compile, PinsTarget, RegisterTarget
+from hil.equivalence import Explain, Finding, Trial, Verdict, blocked, compare, worst
+from hil.explain import Line, deciding_lines, table_line
+from hil.simulated import commands_by_state
+from hil.stimuli import SEED, Level, every_state, neutral, sample, stimuli_of, thresholds
+from hil.subject import CHIPS, Subject
+from hil.target import Observation, Stimulus, Target
+
+BOUNDARY_PINS = 200
+"""Readings by chance that go through the pins in the boundary level. Choice."""
+
+
+@dataclass
+class Report:
+    """What came of all trials of a robot.
+
+    Attributes:
+        subject: what was tried.
+        level: how much.
+        seed: of what was chosen by chance.
+        trials: by what they are called.
+    """
+
+    subject: Subject
+    level: Level
+    seed: int
+    trials: dict[str, Trial] = field(default_factory=dict)
+
+    @property
+    def verdict(self) -> Verdict:
+        """What they come to."""
+        return worst(trial.verdict for trial in self.trials.values())
+
+    @property
+    def smallest(self) -> Finding | None:
+        """The smallest stimulus that shows a fault, of all trials."""
+        found = [trial.smallest for trial in self.trials.values() if trial.smallest]
+        return next((one for one in found if one.stimulus), found[0] if found else None)
+
+
+def verify(
+    subject: Subject,
+    compile_source: Compile,
+    level: Level = Level.SMOKE,
+    seed: int = SEED,
+    others: Sequence[Callable[[], Target]] = (),
+    readings: Sequence[Stimulus] | None = None,
+) -> Report:
+    """Try the programs of a robot on the emulator, and on other targets.
+
+    Args:
+        subject: what is on trial.
+        compile_source: the tokenizer.
+        level: how much is tried.
+        seed: for what is chosen by chance.
+        others: makers of further targets, not yet open.
+        readings: these alone instead of the level's.
+    """
+    report = Report(subject, level, seed)
+    fast = pin_readings(subject, level, seed) if readings is None else readings
+    every = stimuli_of(subject.robot, level, seed) if readings is None else readings
+    report.trials["sources"] = try_sources(subject, compile_source)
+    with_registers(report, subject, compile_source, every)
+    report.trials["emulator"] = try_target(subject, lambda: PinsTarget(subject), fast)
+    for make in others:
+        trial = try_target(subject, make, fast)
+        report.trials[trial.target] = trial
+    return report
+
+
+def pin_readings(subject: Subject, level: Level, seed: int = SEED) -> list[Stimulus]:
+    """Return the readings that go through the pins, or a wire."""
+    robot = subject.robot
+    wanted = [neutral(robot), *every_state(robot).values(), *thresholds(robot)]
+    if level is Level.BOUNDARY:
+        wanted += sample(robot, BOUNDARY_PINS, seed)
+    return list(dict.fromkeys(wanted))
+
+
+def try_sources(subject: Subject, compile_source: Compile) -> Trial:
+    """Compile both sources and compare the bytes with those of the images."""
+    trial = Trial("sources")
+    for number, name in enumerate(CHIPS):
+        file = subject.files[name]
+        try:
+            compiled = compile_source(subject.sources[name], file)
+        except SourceError as error:
+            trial.verdict, trial.reason = Verdict.FAIL, str(error)
+            return trial
+        trial.tried[number], trial.agreed[number] = 1, 1
+        ours, theirs = compiled.image.eeprom, subject.images[name].eeprom
+        if ours != theirs:
+            at = next(n for n in range(len(ours)) if ours[n] != theirs[n])
+            trial.agreed[number] = 0
+            trial.verdict = Verdict.FAIL
+            trial.reason = (
+                f"{subject.where}: {file} compiles to other bytes than {name}.bin holds, the first "
+                f"at {at}: {ours[at]:02X} against {theirs[at]:02X}; build both again"
+            )
+    return trial
+
+
+def with_registers(
+    report: Report, subject: Subject, compile_source: Compile, every: Sequence[Stimulus]
+) -> None:
+    """Try the table and all readings from a snapshot behind sensing."""
+    try:
+        target = RegisterTarget(subject, compile_source)
+        target.open()
+    except TargetTimeout as error:
+        report.trials["registers"] = blocked("emulator:registers", error)
+        return
+    except CgagenError as error:
+        reason = str(error)
+        report.trials["registers"] = Trial("emulator:registers", Verdict.UNPROVEN, reason)
+        return
+    report.trials["table"] = try_table(subject, target)
+    report.trials["registers"] = compare(subject, target, every, explainer(subject, target))
+
+
+def try_table(subject: Subject, target: RegisterTarget) -> Trial:
+    """Compare the command of every state, those too that no reading leads to."""
+    trial = Trial("emulator:table")
+    for state, wanted in enumerate(commands_by_state(subject)):
+        trial.tried[state] = 1
+        try:
+            found = target.look_up(state)
+        except RigError as error:
+            trial.verdict, trial.reason = blocked(trial.target, error).verdict, str(error)
+            return trial
+        trial.agreed[state] = int(found == wanted)
+        if found != wanted:
+            why = f"the table answers state {state} with command {found}, the genome with {wanted}"
+            line = table_line(subject.sources["main"], subject.files["main"], subject.role, state)
+            trial.findings.append(
+                Finding(
+                    None,
+                    Observation(0, wanted, state),
+                    Observation(0, found, state),
+                    why,
+                    (line,) if line else (),
+                )
+            )
+    if trial.findings:
+        trial.smallest = trial.findings[0]
+        trial.verdict, trial.reason = Verdict.FAIL, trial.smallest.why
+    return trial
+
+
+def try_target(
+    subject: Subject,
+    make: Callable[[], Target],
+    stimuli: Sequence[Stimulus],
+    explain: Explain | None = None,
+) -> Trial:
+    """Open a target, compare it with the simulator, and close it."""
+    target = make()
+    try:
+        target.open()
+        return compare(subject, target, stimuli, explain)
+    except RigError as error:
+        return blocked(target.url, error)
+    finally:
+        target.close()
+
+
+def explainer(subject: Subject, target: RegisterTarget) -> Explain:
+    """Return what names the lines behind a difference."""
+    source, file = subject.sources["main"], subject.files["main"]
+
+    def explain(finding: Finding) -> tuple[Line, ...]:
+        expected, observed = finding.expected, finding.observed
+        if observed is None or finding.stimulus is None or expected.state is None:
+            return ()
+        if observed.state == expected.state:
+            line = table_line(source, file, subject.role, expected.state)
+            return (line,) if line else ()
+        variable = "state"
+        if subject.role is Role.PREDATOR and observed.state is not None:
+            same = observed.state // 8 == expected.state // 8
+            variable = "target" if same else "obstacle"
+        stimulus = finding.stimulus
+        counts = (*stimulus.sonars, *stimulus.lights)
+        return deciding_lines(source, file, target.trace(stimulus), variable, counts)
+
+    return explain

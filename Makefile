@@ -6,7 +6,7 @@ RUN    ?= runs/demo
 # The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
 NODE_EXTRA := $(shell node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' 2>/dev/null || echo ,node)
 
-.PHONY: demo test check hil firmware benchmark paper clean setup
+.PHONY: demo test check hil firmware benchmark paper mutants clean setup
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -45,6 +45,9 @@ benchmark: setup           ## measure speed, as ratios in one run
 
 paper: setup               ## five full trials and the slow tests against the paper's claims
 	$(BIN)/python -m pytest -q -m slow tests
+
+mutants: setup             ## do the emulator's tests notice small changes of it?
+	$(BIN)/python -m tests.mutate_emulator
 
 clean:                     ## forget the environment, caches and runs
 	rm -rf $(VENV) runs dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -1,0 +1,137 @@
+"""Mutate the emulator's arithmetic and control flow, and see whether the tests notice.
+
+    python -m tests.mutate_emulator [--count 120] [--seed 1]
+
+One small change at a time is made in a copy of the project (a comparison, an operator, a constant,
+a condition), and the tests of the emulator's core run on it. What survives is printed: each is a
+missing test, or a change that changes nothing.
+"""
+
+import argparse
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+MODULES = ("arithmetic", "registers", "expressions", "instructions", "machine", "block_text")
+TESTS = ("test_arithmetic.py", "test_registers.py", "test_chip.py", "test_programs.py")
+LIMIT_S = 120
+
+COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt,
+    ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
+}  # fmt: skip
+OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.FloorDiv, ast.FloorDiv: ast.Mult,
+    ast.LShift: ast.RShift, ast.RShift: ast.LShift, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
+    ast.BitXor: ast.BitOr, ast.Mod: ast.FloorDiv,
+}  # fmt: skip
+
+
+def places(tree: ast.Module) -> Iterator[ast.AST]:
+    """Return the nodes that can be mutated, in the order of the text."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Compare(ops=[operator]) if type(operator) in COMPARISONS:
+                yield node
+            case ast.BinOp(op=operator) if type(operator) in OPERATORS:
+                yield node
+            case ast.Constant(value=int() as value) if not isinstance(value, bool):
+                yield node
+            case ast.BoolOp() | ast.IfExp() | ast.If():
+                yield node
+
+
+def mutate(node: ast.AST) -> str:
+    """Change one node; return what was done."""
+    match node:
+        case ast.Compare(ops=[operator]):
+            node.ops = [COMPARISONS[type(operator)]()]
+            return f"{type(operator).__name__} -> {type(node.ops[0]).__name__}"
+        case ast.BinOp(op=operator):
+            node.op = OPERATORS[type(operator)]()
+            return f"{type(operator).__name__} -> {type(node.op).__name__}"
+        case ast.Constant(value=int() as value):
+            node.value = value + 1
+            return f"{value} -> {value + 1}"
+        case ast.BoolOp(op=ast.And()):
+            node.op = ast.Or()
+            return "and -> or"
+        case ast.BoolOp():
+            node.op = ast.And()
+            return "or -> and"
+        case ast.IfExp() | ast.If():
+            node.test = ast.UnaryOp(ast.Not(), node.test)
+            return "condition negated"
+    raise TypeError(f"{node} cannot be mutated")
+
+
+def survives(copy: Path) -> bool:
+    """Run the tests on the copy; a run that takes too long counts as noticed."""
+    words = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--no-header"]
+    environment = os.environ | {"PYTHONPATH": str(copy), "HYPOTHESIS_PROFILE": "default"}
+    try:
+        done = subprocess.run(
+            [*words, *(str(copy / "tests" / name) for name in TESTS)],
+            cwd=copy, env=environment, capture_output=True, timeout=LIMIT_S, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode == 0
+
+
+def main() -> int:
+    """Run a seeded sample and print the kill rate."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=120)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
+        for name in ("cgagen", "sim", "hil", "tests", "templates", "firmware"):
+            shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copy(ROOT / "pyproject.toml", copy)
+        if not survives(copy):
+            print("the tests fail before anything is changed")
+            return 1
+        candidates = [
+            (module, index)
+            for module in MODULES
+            for index, _ in enumerate(places(ast.parse(source_of(ROOT, module))))
+        ]
+        sample = random.Random(given.seed).sample(candidates, min(given.count, len(candidates)))
+        alive = [line for line in (try_one(copy, *place) for place in sorted(sample)) if line]
+    killed = len(sample) - len(alive)
+    print(f"{killed} of {len(sample)} mutants killed ({killed / len(sample):.1%})")
+    print("\n".join(alive))
+    return 0
+
+
+def source_of(root: Path, module: str) -> str:
+    """Return the text of one module of the emulator."""
+    return (root / "cgagen" / "emulator" / f"{module}.py").read_text("utf-8")
+
+
+def try_one(copy: Path, module: str, index: int) -> str | None:
+    """Mutate one place in the copy and run the tests; return a line where nobody noticed."""
+    original = source_of(ROOT, module)
+    tree = ast.parse(original)
+    node = list(places(tree))[index]
+    what = mutate(node)
+    path = copy / "cgagen" / "emulator" / f"{module}.py"
+    path.write_text(ast.unparse(tree), "utf-8")
+    alive = survives(copy)
+    path.write_text(original, "utf-8")
+    line = getattr(node, "lineno", 0)
+    print("." if not alive else "S", end="", flush=True, file=sys.stderr)
+    return f"survived: {module}.py:{line}: {what}" if alive else None
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,253 @@
+"""That the bytes in the main controller's chip decide as the simulator does, for every reading.
+
+1. Both deciders are followed (`hil.dataflow`, `hil.tracing`): nothing is done with a sensor's
+   word but to compare it with numbers and with other words. Whatever else is done is named, and
+   nothing is proven then.
+2. So both decide alike wherever all these comparisons say the same: in each cell of a finite
+   partition of all 65,536^n readings and all positions of the antennas (`hil.partition`).
+3. One reading of each cell is put to the image itself, and to the simulator. Where all agree,
+   they agree on every reading that can be.
+
+Taken for granted: that the emulator carries out tokens as the chip does (FIDELITY.md), and that a
+routine gets the counts that were measured. That the pins are read is another test's matter.
+"""
+
+import random
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import islice, product
+from typing import NamedTuple
+
+from cgagen.emulator.chip import Chip
+from cgagen.emulator.clock import Clock
+from cgagen.emulator.registers import WORDS
+from cgagen.emulator.routine import Routine
+from cgagen.errors import ExecutionError, ImageError, UnprovenError
+from cgagen.stamp.compiled import SourceMap
+from cgagen.stamp.decode import decode
+from cgagen.stamp.image import Image
+from cgagen.stamp.program import Kind, Program
+from hil.criticals import Criticals
+from hil.dataflow import flow_of
+from hil.partition import Partition
+from hil.places import Place, Places, find_places
+from hil.simulated import commands_by_state, states_of
+from hil.subject import Subject
+from hil.target import Stimulus
+from hil.tracing import classifier_criticals
+
+PASS, FAIL, UNPROVEN = "PASS", "FAIL", "UNPROVEN"
+POSITIONS = tuple(product((False, True), repeat=2))
+"""Of the antennas: left and right, touched or not."""
+
+_BATCH = 4096
+_JUNK = 0xA5C3
+"""What the variables hold before a decision, which must not matter. Ref: choice."""
+
+
+class Difference(NamedTuple):
+    """A reading on which image and simulator part.
+
+    Attributes:
+        stimulus: the reading.
+        expected: state and command of the simulator.
+        observed: of the image; None where it came to no decision.
+    """
+
+    stimulus: Stimulus
+    expected: tuple[int, int]
+    observed: tuple[int, int] | None
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What came out.
+
+    Attributes:
+        verdict: PASS, FAIL or UNPROVEN.
+        cells: of the whole sensor space; 0 where it could not be divided.
+        tried: how many of them were put to the image.
+        reasons: why nothing is proven.
+        difference: the first, on FAIL.
+        partition: the cells; None where there are none.
+    """
+
+    verdict: str
+    cells: int = 0
+    tried: int = 0
+    reasons: tuple[str, ...] = ()
+    difference: Difference | None = None
+    partition: Partition | None = field(default=None, repr=False)
+
+    @property
+    def proven(self) -> bool:
+        """Whether image and simulator decide alike on every reading."""
+        return self.verdict == PASS and self.tried == self.cells
+
+    def text(self) -> str:
+        """Return the result as a sentence."""
+        if self.proven:
+            return f"PASS: proven for every reading, by all {self.cells:,} cells"
+        if self.verdict == PASS:
+            return f"PASS: {self.tried:,} of {self.cells:,} cells agree; a sample, no proof"
+        if self.difference is not None:
+            stimulus, (state, command), observed = self.difference
+            seen = (
+                "no decision" if observed is None else "state {} and command {}".format(*observed)
+            )
+            return (
+                f"FAIL: {stimulus.text()}: state {state} and command {command} expected, "
+                f"{seen} observed"
+            )
+        return f"UNPROVEN: {'; '.join(self.reasons)}"
+
+
+class Question:
+    """A main controller's image, divided and ready to be asked.
+
+    Args:
+        subject: the firmware and what it is to agree with.
+        source_map: statements of the main program, where it was compiled; for line numbers.
+
+    Attributes:
+        partition: the cells.
+        criticals: what either decider compares.
+        places: of the image.
+
+    Raises:
+        UnprovenError: the image or the simulator does more with a sensor's word than compare it.
+    """
+
+    def __init__(self, subject: Subject, source_map: SourceMap | None = None) -> None:
+        self.subject = subject
+        image = subject.images["main"]
+        try:
+            program = decode(image.eeprom, image.model)
+        except ImageError as error:
+            raise UnprovenError(f"{subject.where}: main: {error}") from error
+        self.places = find_places(program, subject.robot)
+        self.criticals, visited = _followed(program, image, self.places, source_map)
+        self.criticals.add(classifier_criticals(subject.robot, self.places.names))
+        self.partition = Partition(len(self.places.names), self.criticals, POSITIONS)
+        self._commands = commands_by_state(subject)
+        self._asked = _Asked(subject, self.places, _state_place(program, visited))
+
+    def differences(self, cells: Iterable[int]) -> Iterator[Difference]:
+        """Put cells to the image and to the simulator; return those on which they part."""
+        robot = self.subject.robot
+        rest = iter(cells)
+        while batch := list(islice(rest, _BATCH)):
+            asked = [self.partition[cell] for cell in batch]
+            stimuli = [self._stimulus(*one) for one in asked]
+            states = states_of(robot, stimuli).tolist()
+            for (counts, touched), stimulus, state in zip(asked, stimuli, states, strict=True):
+                observed, expected = self.decide(counts, touched), (state, self._commands[state])
+                if observed != expected:
+                    yield Difference(stimulus, expected, observed)
+
+    def decide(self, counts: tuple[int, ...], touched: tuple[bool, ...]) -> tuple[int, int] | None:
+        """Return what the image decides: state and command; None if it gets nowhere."""
+        return self._asked.decide(counts, touched)
+
+    def _stimulus(self, counts: tuple[int, ...], touched: tuple[bool, ...]) -> Stimulus:
+        sonars = len(self.subject.robot.sonars)
+        return Stimulus(counts[:sonars], (touched[0], touched[1]), counts[sonars:])
+
+
+def prove(
+    subject: Subject,
+    sample: int | None = None,
+    seed: int = 0,
+    source_map: SourceMap | None = None,
+) -> Proof:
+    """Compare a main controller's image with the simulator on the whole sensor space.
+
+    Args:
+        subject: the firmware and what it is to agree with.
+        sample: so many cells, drawn from all; None for all.
+        seed: of the drawing.
+        source_map: for line numbers in reasons.
+    """
+    try:
+        question = Question(subject, source_map)
+    except UnprovenError as error:
+        return Proof(UNPROVEN, reasons=tuple(str(error).split("; ")))
+    total = len(question.partition)
+    cells: Iterable[int] = range(total)
+    if sample is not None and sample < total:
+        cells = sorted(random.Random(seed).sample(range(total), sample))
+    tried = total if sample is None else min(sample, total)
+    difference = next(question.differences(cells), None)
+    verdict = PASS if difference is None else FAIL
+    return Proof(verdict, total, tried, (), difference, question.partition)
+
+
+class _Asked:
+    """The image's routine, called with registers."""
+
+    def __init__(self, subject: Subject, places: Places, state: Place) -> None:
+        chip = Chip("main", [subject.images["main"]], Clock())
+        chip.machine.gosubs[:] = [places.call]
+        chip.machine.pc = places.entry
+        self._routine = Routine(chip, places.stop)
+        self._pins = subject.robot.link.main_pins
+        self._words = places.words
+        size, element = state
+        self._state_word, self._state_shift = divmod(size * element, 16)
+        self._state_mask = (1 << size) - 1
+        self._before = {touched: self._registers(places, touched) for touched in POSITIONS}
+
+    def decide(self, counts: tuple[int, ...], touched: tuple[bool, ...]) -> tuple[int, int] | None:
+        words = self._before[touched].copy()
+        for word, count in zip(self._words, counts, strict=True):
+            words[word] = count
+        try:
+            self._routine.call(words)
+        except ExecutionError:
+            return None
+        latch = self._routine.latch
+        command = sum((latch >> pin & 1) << bit for bit, pin in enumerate(self._pins))
+        state = self._routine.words[self._state_word] >> self._state_shift & self._state_mask
+        return state, command
+
+    def _registers(self, places: Places, touched: tuple[bool, ...]) -> list[int]:
+        words = [0, 0, 0] + [_JUNK] * (WORDS - 3)
+        for bit in places.antennas:
+            words[bit >> 4] &= ~(0b1111 << (bit & 12))
+        for bit, bent in zip(places.antennas, touched, strict=True):
+            words[bit >> 4] |= (not bent) << (bit & 15)
+        return words
+
+
+def _followed(
+    program: Program, image: Image, places: Places, source_map: SourceMap | None
+) -> tuple[Criticals, set[int]]:
+    """Return what the image compares, and which instructions it may carry out."""
+    criticals, visited, refused = Criticals(), set[int](), dict[int, str]()
+    for touched in POSITIONS:
+        levels = tuple(not bent for bent in touched)
+        flow = flow_of(program, image.eeprom, places, levels)
+        criticals.add(flow.criticals)
+        visited |= flow.visited
+        refused |= flow.refused
+        if not flow.exits and not flow.refused:
+            refused[places.entry] = "the routine does not return"
+    if refused:
+        raise UnprovenError(
+            "; ".join(f"{_where(bit, source_map)}: {refused[bit]}" for bit in sorted(refused))
+        )
+    return criticals, visited
+
+
+def _where(bit: int, source_map: SourceMap | None) -> str:
+    statement = None if source_map is None else source_map.at_bit(bit)
+    return f"stream bit {bit}" if statement is None else f"line {statement.line}"
+
+
+def _state_place(program: Program, visited: set[int]) -> Place:
+    """Return the register by which the answer is looked up: the only one in the only READ."""
+    reads = [one for one in program.instructions if one.address in visited and one.name == "READ"]
+    tokens = [token for one in reads for token in one.operands[0] if token.kind is Kind.READ]
+    if len(reads) != 1 or len(tokens) != 1 or tokens[0].indexed:
+        raise UnprovenError("the answer is not looked up by one register, the state")
+    return tokens[0].size_bits, tokens[0].value

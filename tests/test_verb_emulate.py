@@ -290,6 +290,22 @@ def test_a_terminal_gets_its_own_codes(program: Program) -> None:
     assert shown.replace(b"\r\r\n", b"\r\n") == b"\x1b[2J\x1b[Ha\x1b[8;6Hb\b \b\r\nc\r\n"
 
 
+def test_a_user_is_asked_only_when_the_program_waits(program: Program) -> None:
+    path = program(BASIC + "SERIN 16, 84, 20, Later, [B0]\nLater:\nDEBUGIN B1\nDEBUG B1 + 1\n")
+    ours, theirs = pty.openpty()
+    running = subprocess.Popen(
+        command(path), stdin=theirs, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert running.stderr is not None
+    assert running.stderr.readline() == b"\n"
+    assert running.stderr.readline().startswith(b"(the program waits: type")
+    os.write(ours, b"a\n")
+    out, err = running.communicate(timeout=60)
+    os.close(ours)
+    os.close(theirs)
+    assert (running.returncode, out, err) == (0, b"b", b"")
+
+
 def test_every_control_code_makes_something() -> None:
     shown = Screen().shown(bytes([7, 9, 13, 3, 4, 5, 6, 10, 11, 12, 14, 2, 15, 3, 1, 16, 17, 200]))
     assert shown == (

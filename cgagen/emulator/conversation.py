@@ -17,6 +17,8 @@ nothing yet (b""), or that nothing will come any more (None)."""
 class Conversation(Part):
     """A terminal on the programming port.
 
+    Where the bench has something else on SIN, the terminal only shows what the chip sends.
+
     Text waits until the chip waits for a byte there, so that nothing is lost. With `at_once` it
     goes out as it comes, at 9,600 baud, and what no SERIN takes is lost, as on a desk.
 
@@ -48,8 +50,10 @@ class Conversation(Part):
         self.silent = False
         self._chip = chip
         self._more = more
-        self._host: Uart = bench.host(chip.name, echo=echo)
+        self._host = _line_of(bench, chip.name, echo)
         self._host.heard = seen
+        if not self._host.sends:
+            self.silent = True
         self._soon = self.timer(self._type)
         if not at_once:
             self._host.may_send = self.wanted
@@ -83,3 +87,13 @@ class Conversation(Part):
         self.silent = text is None
         if text:
             self._host.send(text)
+
+
+def _line_of(bench: Bench, chip: str, echo: bool) -> Uart:
+    """Return a computer's end of the programming port, beside what the bench has on it."""
+    sin, sout = f"{chip}.SIN", f"{chip}.SOUT"
+    if f"{chip}_host" in bench.parts or not (bench.wire_of(sin) or bench.wire_of(sout)):
+        return bench.host(chip, echo=echo)
+    transmit = None if bench.wire_of(sin) else bench.end(sin)
+    line = Uart(f"{chip}_line", bench.clock, transmit, bench.end(sout), mark=0, echo=echo)
+    return bench.add_part(line)

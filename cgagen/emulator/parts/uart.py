@@ -87,6 +87,11 @@ class Uart(Part):
             self._next_bit()
 
     @property
+    def sends(self) -> bool:
+        """Whether there is a wire that it sends on."""
+        return self._transmit is not None
+
+    @property
     def waiting(self) -> int:
         """Bytes that have not begun."""
         return len(self._queue)

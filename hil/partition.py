@@ -8,7 +8,7 @@ comparison of two sensors of a group: in different intervals the intervals decid
 one the order does. A cell of the space is one cell of each group, and a position of the antennas.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from itertools import product
 from math import comb, prod
@@ -37,7 +37,7 @@ class Group:
         starts = sorted({0} | {cut for cut in cuts if 0 < cut <= largest})
         ends = [start - 1 for start in starts[1:]] + [largest]
         self.intervals = tuple(zip(starts, ends, strict=True))
-        self.cells = tuple(self._representatives())
+        self.cells = _representatives(len(self.sensors), self.intervals)
 
     def counted(self) -> int:
         """Return how many cells there are, by a formula instead of the list.
@@ -72,27 +72,6 @@ class Group:
             )
             for count, interval in zip(counts, inside, strict=True)
         )
-
-    def _representatives(self) -> Iterator[Counts]:
-        for inside in product(range(len(self.intervals)), repeat=len(self.sensors)):
-            members = {i: [n for n, j in enumerate(inside) if j == i] for i in sorted(set(inside))}
-            sizes = {i: self.intervals[i][1] - self.intervals[i][0] + 1 for i in members}
-            ranks = (rankings(len(names), sizes[i]) for i, names in members.items())
-            for chosen in product(*ranks):
-                counts = [0] * len(self.sensors)
-                for (i, names), ranking in zip(members.items(), chosen, strict=True):
-                    for name, rank in zip(names, ranking, strict=True):
-                        counts[name] = self._count(i, rank, max(ranking))
-                yield tuple(counts)
-
-    def _count(self, interval: int, rank: int, top: int) -> int:
-        """Return a count for a rank: the highest at the interval's end, the others at its start.
-
-        A single level lies at the start of odd intervals and at the end of even ones.
-        """
-        first, last = self.intervals[interval]
-        at_end = rank == top if top else interval % 2 == 0
-        return last if at_end else first + rank
 
 
 class Partition:
@@ -189,3 +168,29 @@ def weak_orders(things: int, levels: int) -> int:
         if levels
         else 0
     )
+
+
+@cache
+def _representatives(sensors: int, intervals: tuple[tuple[int, int], ...]) -> tuple[Counts, ...]:
+    """Return counts in each cell of a group."""
+    found = []
+    for inside in product(range(len(intervals)), repeat=sensors):
+        members = {i: [n for n, j in enumerate(inside) if j == i] for i in sorted(set(inside))}
+        sizes = {i: intervals[i][1] - intervals[i][0] + 1 for i in members}
+        ranks = (rankings(len(names), sizes[i]) for i, names in members.items())
+        for chosen in product(*ranks):
+            counts = [0] * sensors
+            for (i, names), ranking in zip(members.items(), chosen, strict=True):
+                for name, rank in zip(names, ranking, strict=True):
+                    counts[name] = _count(intervals[i], rank, max(ranking), at_end=i % 2 == 0)
+            found.append(tuple(counts))
+    return tuple(found)
+
+
+def _count(interval: tuple[int, int], rank: int, top: int, at_end: bool) -> int:
+    """Return a count for a rank: the highest at the interval's end, the others at its start.
+
+    A single level lies where `at_end` says.
+    """
+    first, last = interval
+    return last if (rank == top if top else at_end) else first + rank

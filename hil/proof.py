@@ -12,7 +12,9 @@ Taken for granted: that the emulator carries out tokens as the chip does (FIDELI
 routine gets the counts that were measured. That the pins are read is another test's matter.
 """
 
+import math
 import random
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice, product
@@ -29,6 +31,7 @@ from cgagen.stamp.image import Image
 from cgagen.stamp.program import Kind, Program
 from hil.criticals import Criticals
 from hil.dataflow import flow_of
+from hil.equivalence import Verdict
 from hil.partition import Partition
 from hil.places import Place, Places, find_places
 from hil.simulated import commands_by_state, states_of
@@ -36,7 +39,6 @@ from hil.subject import Subject
 from hil.target import Stimulus
 from hil.tracing import classifier_criticals
 
-PASS, FAIL, UNPROVEN = "PASS", "FAIL", "UNPROVEN"
 POSITIONS = tuple(product((False, True), repeat=2))
 """Of the antennas: left and right, touched or not."""
 
@@ -66,29 +68,38 @@ class Proof:
     Attributes:
         verdict: PASS, FAIL or UNPROVEN.
         cells: of the whole sensor space; 0 where it could not be divided.
-        tried: how many of them were put to the image.
+        by_state: how many cells were put to the image, by the state that the simulator names.
+            After a whole proof, a state that is missing is one that no reading leads to.
         reasons: why nothing is proven.
         difference: the first, on FAIL.
         partition: the cells; None where there are none.
     """
 
-    verdict: str
+    verdict: Verdict
     cells: int = 0
-    tried: int = 0
+    by_state: dict[int, int] = field(default_factory=dict)
     reasons: tuple[str, ...] = ()
     difference: Difference | None = None
     partition: Partition | None = field(default=None, repr=False)
 
     @property
+    def tried(self) -> int:
+        """How many cells were put to the image."""
+        return sum(self.by_state.values())
+
+    @property
     def proven(self) -> bool:
         """Whether image and simulator decide alike on every reading."""
-        return self.verdict == PASS and self.tried == self.cells
+        return self.verdict is Verdict.PASS and self.tried == self.cells
 
     def text(self) -> str:
         """Return the result as a sentence."""
         if self.proven:
-            return f"PASS: proven for every reading, by all {self.cells:,} cells"
-        if self.verdict == PASS:
+            return (
+                f"PASS: proven for every reading, by all {self.cells:,} cells; "
+                f"{len(self.by_state)} states occur"
+            )
+        if self.verdict is Verdict.PASS:
             return f"PASS: {self.tried:,} of {self.cells:,} cells agree; a sample, no proof"
         if self.difference is not None:
             stimulus, (state, command), observed = self.difference
@@ -113,6 +124,7 @@ class Question:
         partition: the cells.
         criticals: what either decider compares.
         places: of the image.
+        by_state: cells that were put to the image so far.
 
     Raises:
         UnprovenError: the image or the simulator does more with a sensor's word than compare it.
@@ -129,6 +141,7 @@ class Question:
         self.criticals, visited = _followed(program, image, self.places, source_map)
         self.criticals.add(classifier_criticals(subject.robot, self.places.names))
         self.partition = Partition(len(self.places.names), self.criticals, POSITIONS)
+        self.by_state: Counter[int] = Counter()
         self._commands = commands_by_state(subject)
         self._asked = _Asked(subject, self.places, _state_place(program, visited))
 
@@ -141,6 +154,7 @@ class Question:
             stimuli = [self._stimulus(*one) for one in asked]
             states = states_of(robot, stimuli).tolist()
             for (counts, touched), stimulus, state in zip(asked, stimuli, states, strict=True):
+                self.by_state[state] += 1
                 observed, expected = self.decide(counts, touched), (state, self._commands[state])
                 if observed != expected:
                     yield Difference(stimulus, expected, observed)
@@ -171,15 +185,23 @@ def prove(
     try:
         question = Question(subject, source_map)
     except UnprovenError as error:
-        return Proof(UNPROVEN, reasons=tuple(str(error).split("; ")))
+        return Proof(Verdict.UNPROVEN, reasons=tuple(str(error).split("; ")))
     total = len(question.partition)
-    cells: Iterable[int] = range(total)
+    cells: Iterable[int] = _spread(total)
     if sample is not None and sample < total:
-        cells = sorted(random.Random(seed).sample(range(total), sample))
-    tried = total if sample is None else min(sample, total)
+        cells = random.Random(seed).sample(range(total), sample)
     difference = next(question.differences(cells), None)
-    verdict = PASS if difference is None else FAIL
-    return Proof(verdict, total, tried, (), difference, question.partition)
+    verdict = Verdict.PASS if difference is None else Verdict.FAIL
+    by_state = dict(sorted(question.by_state.items()))
+    return Proof(verdict, total, by_state, (), difference, question.partition)
+
+
+def _spread(total: int) -> Iterator[int]:
+    """Return all numbers below a total, neighbours far apart: a difference is met sooner."""
+    stride = int(total * (math.sqrt(5) - 1) / 2) | 1
+    while math.gcd(stride, total) > 1:
+        stride += 2
+    return (place * stride % total for place in range(total))
 
 
 class _Asked:

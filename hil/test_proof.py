@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hil.proof import PASS, prove
+from hil.equivalence import Verdict
+from hil.proof import prove
 from hil.subject import read_subject
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
@@ -20,5 +21,5 @@ def test_the_image_decides_as_the_simulator(role: str, request: pytest.FixtureRe
     level = request.config.getoption("--hil-level", default="smoke")
     whole = level == "exhaustive"
     proof = prove(read_subject(FIRMWARE / role), sample=None if whole else SAMPLE)
-    assert proof.verdict == PASS, proof.text()
+    assert proof.verdict is Verdict.PASS, proof.text()
     assert proof.proven if whole else proof.tried == SAMPLE

@@ -1,0 +1,148 @@
+"""The bench hook on a wire: real drivers against the emulated robot behind a socket or a pty."""
+
+import socket
+from pathlib import Path
+
+import pytest
+
+from cgagen.emulator.bench import Bench
+from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.stamp.image import Image
+from hil import wired
+from hil.emulated import calibration, robot_bench
+from hil.equivalence import Verdict, compare
+from hil.pipe import BytePipe
+from hil.stimuli import every_state, thresholds
+from hil.subject import Subject, read_subject
+from hil.target import Stimulus
+from hil.verify import try_target
+from hil.wired import WiredTarget
+
+FIRMWARE = Path(__file__).parent.parent / "firmware"
+
+
+def subject(role: str) -> Subject:
+    return read_subject(FIRMWARE / role)
+
+
+def bench(one: Subject) -> Bench:
+    return robot_bench(one.robot, one.images)
+
+
+class Repeating(BytePipe):
+    """Says the answer before once more, in front of each answer to a question."""
+
+    old = b""
+    line = bytearray()
+
+    def outgoing(self, data: bytes) -> bytes:
+        out = bytearray()
+        for byte in data:
+            if byte == ord("!") and self.old:
+                out += self.old
+            self.line.append(byte)
+            out.append(byte)
+            if byte == ord("\r"):
+                at = self.line.rfind(b"!Q")
+                self.old = bytes(self.line[at:]) if at >= 0 else self.old
+                self.line.clear()
+        return bytes(out)
+
+
+class Dying(BytePipe):
+    """Falls silent when it is asked a question."""
+
+    silent = False
+
+    def outgoing(self, data: bytes) -> bytes:
+        self.silent = self.silent or b"Q" in data
+        return b"" if self.silent else data
+
+
+@pytest.mark.parametrize(("role", "kind"), [("predator", "socket"), ("prey", "pty")])
+def test_the_bench_hook_decides_as_the_simulator_does(role: str, kind: str) -> None:
+    one = subject(role)
+    readings = [*list(every_state(one.robot).values())[::3], *list(thresholds(one.robot))[::9]]
+    with BytePipe(bench(one), kind=kind) as pipe:
+        target = WiredTarget(pipe.url, one, gaps=False)
+        target.open()
+        trial = compare(one, target, [calibration(one.robot), *readings])
+        target.close()
+    assert (trial.verdict, trial.reason, trial.stale) == (Verdict.PASS, "", 0)
+    assert trial.decisions == len(readings) + 1
+    assert pipe.failure is None
+
+
+def test_stale_answers_on_the_wire_are_discarded_and_counted() -> None:
+    one = subject("predator")
+    readings = list(every_state(one.robot).values())[:5]
+    with Repeating(bench(one)) as pipe:
+        trial = try_target(one, lambda: WiredTarget(pipe.url, one, gaps=False), readings)
+    assert (trial.verdict, trial.decisions) == (Verdict.PASS, 5)
+    assert trial.stale == 4
+
+
+def test_a_chip_with_other_bytes_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = subject("predator")
+    image = one.images["main"]
+    eeprom = bytearray(image.eeprom)
+    eeprom[bytes(eeprom).index(bytes(one.genome.commands())) + 5] ^= 1  # type: ignore[union-attr]
+    wrong = Image(image.model, bytes(eeprom))
+    with BytePipe(robot_bench(one.robot, {**one.images, "main": wrong})) as pipe:
+        trial = try_target(one, lambda: WiredTarget(pipe.url, one, gaps=False), [])
+        assert trial.verdict is Verdict.BLOCKED
+        assert "EEPROM has digest" in trial.reason
+        prey = subject("prey")
+        with pytest.raises(IdentityError, match="not servobot-prey"):
+            WiredTarget(pipe.url, prey, gaps=False).open()
+
+
+def test_a_chip_that_falls_silent_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wired, "ANSWER_S", 0.3)
+    monkeypatch.setattr(wired, "LIFE_S", 0.1)
+    one = subject("prey")
+    with Dying(bench(one)) as pipe:
+        trial = try_target(one, lambda: WiredTarget(pipe.url, one, gaps=False), [neutral(one)])
+    assert trial.verdict is Verdict.BLOCKED
+    assert "nothing else comes either" in trial.reason
+
+
+def neutral(one: Subject) -> Stimulus:
+    return Stimulus((0,) * len(one.robot.sonars), lights=(0, 0) if one.robot.light else ())
+
+
+def test_a_port_where_nobody_answers_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wired, "HELLO_S", 0.2)
+    one = subject("predator")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(RigError, match="no prompt came, and nothing else"):
+            WiredTarget(port, one).open()
+    with pytest.raises(RigError, match="cannot be opened"):
+        WiredTarget("/dev/no-such-port", one).open()
+
+
+def test_a_port_has_one_session_at_a_time() -> None:
+    one = subject("predator")
+    first, second = WiredTarget("/dev/port-of-a-test", one), None
+    first._lock.take()
+    second = WiredTarget("/dev/port-of-a-test", one)
+    with pytest.raises(RigError, match="another session"):
+        second.open()
+    first.close()
+    with pytest.raises(RigError, match="cannot be opened"):
+        second.open()
+
+
+def test_a_chip_that_lives_and_does_not_answer_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The question is refused for ever: the subject has more sonars than the chip."""
+    monkeypatch.setattr(wired, "ANSWER_S", 1.0)
+    one = subject("predator")
+    with BytePipe(bench(one)) as pipe:
+        target = WiredTarget(pipe.url, one, gaps=False)
+        target.open()
+        with pytest.raises(TargetTimeout, match="though the chip is alive"):
+            target.decide(Stimulus((1, 2, 3, 4), lights=(0, 0)))
+        trial = compare(one, target, [calibration(one.robot)])
+        target.close()
+    assert trial.verdict is Verdict.PASS

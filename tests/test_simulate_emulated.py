@@ -1,0 +1,52 @@
+"""`cgagen simulate --emulated` as a user calls it."""
+
+from pathlib import Path
+
+import pytest
+
+from cgagen.cli import main
+from cgagen.genome import load
+
+FIRMWARE = Path(__file__).parents[1] / "firmware"
+
+
+def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
+    code = main(["simulate", *words])
+    out = capsys.readouterr()
+    return code, out.out + out.err
+
+
+GENOME = str(FIRMWARE / "reference.genome")
+
+
+def test_simulate_emulated_says_that_both_agree(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out = run(capsys, GENOME, "--emulated", "--steps", "2")
+    assert code == 0
+    assert "2 steps, all equal" in out
+
+
+def test_simulate_emulated_fails_on_a_build_of_another_genome(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flipped = tmp_path / "other.genome"
+    flipped.write_text(load(Path(GENOME)).bits.translate({48: "1", 49: "0"}) + "\n")
+    build = ["--build", str(FIRMWARE / "predator")]
+    code, out = run(capsys, str(flipped), "--emulated", "--steps", "2", *build)
+    assert code == 9
+    assert "step 1: predator command" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--emulated", "--no-masking"], "masking is in the firmware"),
+        (["--emulated", "--past-capture"], "leave out --past-capture"),
+        (["--build", "firmware/predator"], "give both"),
+    ],
+)
+def test_what_the_firmware_cannot_know_is_refused(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out = run(capsys, GENOME, *words)
+    assert code == 2
+    assert said in out

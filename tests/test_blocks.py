@@ -2,6 +2,7 @@
 
 import random
 from functools import partial
+from itertools import pairwise
 
 import pytest
 from chip_programs import SECOND_NS, chip_of
@@ -38,28 +39,42 @@ def outcome(chip: Chip, until_ns: int) -> tuple[object, ...]:
     return refused, registers, pins, place, *rest, bytes(chip.scratch), machine.memory.images()
 
 
-def noisy(chip: Chip, seed: int) -> None:
-    """Put every pin on a wire that changes, behind a resistor, at times that the seed decides."""
+Change = tuple[int, int | None, int]
+"""Of a wire: which pin, to what level, when."""
+
+
+def noisy(chip: Chip, seed: int) -> list[Change]:
+    """Put every pin on a wire that changes, behind a resistor, at times that the seed decides.
+
+    Returns a list that is given every change of those wires.
+    """
     noise = random.Random(seed)
+    changes: list[Change] = []
+
+    def note(pin: int, level: int | None) -> None:
+        changes.append((pin, level, chip.clock.now_ns))
+
     for pin in range(17):
         wire = Wire(f"wire{pin}", pull=noise.randrange(2))
         chip.pins.connect(pin, wire)
+        wire.listen(partial(note, pin))
         for _ in range(12 if pin % 3 == 0 else 0):
             level = noise.choice((0, 1, None))
             drive = partial(wire.drive, "noise", level, Strength.RESISTOR)
             chip.clock.at(noise.randrange(SECOND_NS), drive)
+    return changes
 
 
 @pytest.fixture(scope="module")
 def random_images(tokenizer: Tokenizer) -> list[Image]:
     images = []
-    for seed in range(8):
+    for seed in range(5):
         for row in CHIPS:
             try:
                 images.append(tokenizer.compile(RandomProgram(seed + 900, row).source()).image)
             except SourceError:  # "expression is too complex" now and then
                 continue
-    assert len(images) > 30
+    assert len(images) > 20
     return images
 
 
@@ -68,8 +83,8 @@ def test_compiled_or_not_makes_no_difference(random_images: list[Image]) -> None
         states = []
         for compile_after in (None, 0, 3):
             chip = Chip("chip", [image], Clock(), compile_after=compile_after)
-            noisy(chip, number)
-            states.append(outcome(chip, SECOND_NS))
+            changes = noisy(chip, number)
+            states.append((outcome(chip, SECOND_NS), changes))
         assert states[0] == states[1] == states[2], f"image {number}"
 
 
@@ -78,12 +93,12 @@ def test_a_run_in_pieces_is_the_same_run(random_images: list[Image]) -> None:
         states = []
         for pieces in (1, 7, 400):
             chip = Chip("chip", [image], Clock())
-            noisy(chip, number)
+            changes = noisy(chip, number)
             for piece in range(1, pieces + 1):
                 state = outcome(chip, SECOND_NS * piece // pieces)
                 if state[0]:
                     break
-            states.append(state)
+            states.append((state, changes))
         assert states[0] == states[1] == states[2], f"image {number}"
 
 
@@ -148,3 +163,31 @@ def test_an_index_that_reaches_a_pin_leaves_the_block(tokenizer: Tokenizer) -> N
         ends.append((outcome(chip, SECOND_NS), seen))
     assert ends[0] == ends[1]
     assert ends[0][1][-1][0] == 1
+
+
+@pytest.mark.parametrize("compile_after", [None, 0])
+def test_the_last_number_of_an_index_wraps_too(
+    tokenizer: Tokenizer, compile_after: int | None
+) -> None:
+    """B11 is byte 17 of 32; 15 behind it comes byte 0, INL."""
+    source = "n VAR Nib\nn = 15\nB2 = 9\nB3 = B11(n)\nB11(n) = 4\nn = 14\nB4 = B11(n)\nSTOP"
+    chip = chip_of(tokenizer, source, compile_after=compile_after)
+    chip.pins.connect(5, Wire("high", pull=1))
+    chip.registers["B25"] = 77
+    chip.run(SECOND_NS)
+    assert [chip.registers[name] for name in ("B2", "B3", "B4")] == [9, 32, 77]
+
+
+@pytest.mark.parametrize("compile_after", [None, 0])
+def test_a_nibble_of_outs_is_driven_when_its_time_comes(
+    tokenizer: Tokenizer, compile_after: int | None
+) -> None:
+    source = "n VAR Nib\nDIRB = 15\nDO\nn = n + 1\nOUTA = n\nOUTB = n\nOUTC = n\nLOOP"
+    chip = chip_of(tokenizer, source, compile_after=compile_after)
+    seen: list[tuple[int | None, int]] = []
+    chip.on_pin(4, lambda level: seen.append((level, chip.clock.now_ns)))
+    chip.run(SECOND_NS // 10)
+    assert [level for level, _ in seen] == [n % 2 for n in range(len(seen))]
+    times = [time for _, time in seen[1:]]
+    assert len(seen) > 50
+    assert len({later - sooner for sooner, later in pairwise(times)}) == 1

@@ -7,11 +7,15 @@ by hand from the bits of each instruction; operators are left out of them.
 from dataclasses import fields, replace
 
 import pytest
+from pbasic_random import RandomProgram
 
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
+from cgagen.emulator.costs import LISTS_LATER, item_bits
+from cgagen.emulator.expressions import expression_bits
 from cgagen.emulator.timing import timing_of
 from cgagen.stamp.chips import CHIPS, chip
+from cgagen.stamp.decode import decode
 from cgagen.tokenizer import Tokenizer
 
 HEAD = "' {$STAMP %s}\n' {$PBASIC 2.5}\n"
@@ -137,3 +141,35 @@ def test_units_of_the_table_of_chips() -> None:
     # 9,600 baud: the word for it, 20 units more, is one bit
     assert (84 + 20) * timing_of(chip("BS2")).serial_unit_ns == 104_000
     assert (240 + 20) * timing_of(chip("BS2p")).serial_unit_ns == 104_000
+
+
+def test_bits_of_operands_and_items_are_all_bits(tokenizer: Tokenizer) -> None:
+    """What `costs` counts for an instruction and its list is what the stream has."""
+    seen = set()
+    for row in CHIPS:
+        image = tokenizer.compile(RandomProgram(5, row).source(60)).image
+        for instruction in decode(image.eeprom, row, image.flags).instructions:
+            if instruction.name not in LISTS_LATER:
+                continue
+            parts = sum(expression_bits(operand) for operand in instruction.operands)
+            parts += 7 + sum(item_bits(instruction, item) for item in instruction.items)
+            assert parts == instruction.end - instruction.address, instruction.name
+            seen.add(instruction.name)
+    assert len(seen) > 10
+
+
+@pytest.mark.parametrize("read", ["b = IN3", "b = INL", "b = INA", "w = INS", "n = 13\nw = W0(n)"])
+def test_pins_are_read_when_the_fetch_is_over(tokenizer: Tokenizer, read: str) -> None:
+    """A pin that rises just before counts, one that rises just after does not."""
+    source = VARIABLES + "x = 1\n" * 20 + read + "\nSTOP\n"
+    image = tokenizer.compile(HEAD % "BS2" + source).image
+    timing = timing_of(chip("BS2"))
+    whole = Chip("chip", [image], Clock())
+    whole.run(1_000_000_000)
+    act_ns = whole.local_ns - timing.fetch_ns - 7 * timing.bit_ns
+    for off_ns, seen in ((-1, True), (1, False)):
+        clock = Clock()
+        made = Chip("chip", [image], clock)
+        clock.at(act_ns + off_ns, lambda made=made: made.pins.wires[3].drive("hand", 1))
+        made.run(1_000_000_000)
+        assert bool(made.registers["B8"] or made.registers["W0"]) is seen

@@ -2,6 +2,7 @@
 
 from cgagen.emulator.expressions import expression_bits, operators_ns
 from cgagen.emulator.timing import Timing
+from cgagen.stamp.opcodes import Tail
 from cgagen.stamp.program import Instruction, Item
 
 LISTS_LATER = frozenset(
@@ -16,18 +17,21 @@ _JUMPS = {"GOTO": 1, "GOSUB": 1, "RETURN": 2, "RUN": 1}
 _RANDOM_READS = frozenset({"READ"})
 
 
-def item_bits(item: Item) -> int:
-    """Return the bits of an item of a list, with those that close it and announce another."""
+def item_bits(instruction: Instruction, item: Item) -> int:
+    """Return the bits of an item of a list, with those that close it and announce another.
+
+    The operators of an input item may be none, so a bit of their own ends them. Ref: S3.
+    """
     bits = expression_bits(tuple(token for value in item.values for token in value)) + 1
     if item.write is not None:
-        bits += expression_bits(item.write) + 1
-    return bits
+        bits += expression_bits(item.write)
+    return bits + int(Tail.INPUT in instruction.opcode.tail)
 
 
-def item_ns(item: Item, timing: Timing) -> int:
+def item_ns(instruction: Instruction, item: Item, timing: Timing) -> int:
     """Return what the chip takes to read and evaluate an item."""
     expressions = item.values if item.write is None else (*item.values, item.write)
-    return timing.bit_ns * item_bits(item) + operators_ns(expressions, timing)
+    return timing.bit_ns * item_bits(instruction, item) + operators_ns(expressions, timing)
 
 
 def instruction_ns(instruction: Instruction, timing: Timing) -> int:
@@ -47,7 +51,7 @@ def instruction_ns(instruction: Instruction, timing: Timing) -> int:
     if instruction.write is not None:
         expressions += (instruction.write,)
     if instruction.name in LISTS_LATER:
-        bits -= sum(item_bits(item) for item in instruction.items)
+        bits -= sum(item_bits(instruction, item) for item in instruction.items)
     else:
         expressions += tuple(value for item in instruction.items for value in item.values)
     return (

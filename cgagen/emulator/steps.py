@@ -54,7 +54,7 @@ def step_of(instruction: Instruction, timing: Timing) -> Step:
         on_pins=action is None or name in ON_PINS or _on_pins(instruction),
         action=action,
         function=FUNCTIONS.get(name),
-        items_ns=tuple(item_ns(item, timing) for item in items),
+        items_ns=tuple(item_ns(instruction, item, timing) for item in items),
     )
 
 

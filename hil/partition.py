@@ -73,6 +73,17 @@ class Group:
             for count, interval in zip(counts, inside, strict=True)
         )
 
+    def like(self, counts: Sequence[int]) -> Counts:
+        """Return the representative of the cell that counts are in."""
+        cell = self.cell_of(counts)
+        top = {interval: 0 for interval, _ in cell}
+        for interval, rank in cell:
+            top[interval] = max(top[interval], rank)
+        return tuple(
+            _count(self.intervals[interval], rank, top[interval], at_end=interval % 2 == 0)
+            for interval, rank in cell
+        )
+
 
 class Partition:
     """All cells of a sensor space.

@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import atan2, cos, isqrt, radians, sin
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cgagen.emulator.arithmetic import (
@@ -117,29 +117,34 @@ TWO = {
 
 
 @pytest.mark.parametrize("symbol", MODEL)
+@settings(deadline=None)
 @given(x=EITHER)
 def test_an_operator_of_one_word(symbol: str, x: int) -> None:
     assert UNARY[CODES[symbol]](x) == MODEL[symbol](x)
 
 
 @pytest.mark.parametrize("symbol", TWO)
+@settings(deadline=None)
 @given(x=EITHER, y=EITHER)
 def test_an_operator_of_two_words(symbol: str, x: int, y: int) -> None:
     assert BINARY[CODES[symbol]](x, y) == TWO[symbol](x, y)
 
 
+@settings(deadline=None)
 @given(x=WORDS, y=st.integers(0, 16))
 def test_rev_turns_the_low_bits_round_and_clears_the_rest(x: int, y: int) -> None:
     text = f"{x:016b}"[16 - y :]
     assert BINARY[0x19](x, y) == int(text[::-1] or "0", 2)
 
 
+@settings(deadline=None)
 @given(x=WORDS, y=st.integers(17, 65535))
 def test_rev_of_more_than_16_bits_goes_on_with_zeros(x: int, y: int) -> None:
     turned = int(f"{x:016b}"[::-1], 2)
     assert BINARY[0x19](x, y) == (turned << min(y - 16, 16)) % 65536
 
 
+@settings(deadline=None)
 @given(x=EITHER, y=EITHER)
 def test_hyp_and_atn_take_signed_bytes(x: int, y: int) -> None:
     a, b = signed_byte(x), signed_byte(y)

@@ -1,7 +1,7 @@
 """The register file: four sizes, one set of bits; three words are pins."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cgagen.emulator.pins import Pins
@@ -13,6 +13,7 @@ ACCESS = st.sampled_from([*ELEMENTS]).flatmap(
 )
 
 
+@settings(deadline=None)
 @given(accesses=st.lists(ACCESS, max_size=30))
 def test_all_sizes_are_views_of_the_same_bits(
     accesses: list[tuple[int, int, int]],

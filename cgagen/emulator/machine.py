@@ -138,7 +138,7 @@ class Machine:
     def choose_port(self, auxiliary: bool) -> None:
         """Carry out MAINIO, AUXIO, IOTERM: which pins INS, OUTS and DIRS are.
 
-        The auxiliary port of a chip with 24 pins is not led out: latches without wires.
+        The auxiliary port of a chip with 24 pins is not led out: latches, and pull-ups that read 1.
         """
         self.pins = self.registers.pins = self.aux_pins if auxiliary else self.main_pins
 

@@ -24,6 +24,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "resume": ("evolve", "Continue a run after any interruption, bit for bit."),
     "simulate": ("simulate", "Play one episode, a line per step."),
     "build": ("build", "Write and compile the programs of both Stamps."),
+    "verify": ("verify", "Compare the programs of both Stamps with the simulator."),
     "compile": ("compile", "Compile any PBASIC source to an EEPROM image."),
     "emulate": ("emulate", "Run any PBASIC program on an emulated Stamp."),
     "info": ("info", "Describe a genome, run, robot, build or image."),

@@ -8,8 +8,10 @@
 3. One reading of each cell is put to the image itself, and to the simulator. Where all agree,
    they agree on every reading that can be.
 
-Taken for granted: that the emulator carries out tokens as the chip does (FIDELITY.md), and that a
-routine gets the counts that were measured. That the pins are read is another test's matter.
+Taken for granted: that the emulator carries out tokens as the chip does (FIDELITY.md); that the
+pins are measured as they should be, which is tried through the pins; and that the two bits of the
+antennas are alone in their nibble: the other two are 0 from a reset on, as long as no host has
+sent others in bench mode.
 """
 
 import math
@@ -31,12 +33,12 @@ from cgagen.stamp.image import Image
 from cgagen.stamp.program import Kind, Program
 from hil.criticals import Criticals
 from hil.dataflow import flow_of
-from hil.equivalence import Verdict
+from hil.equivalence import Finding, Trial, Verdict
 from hil.partition import Partition
 from hil.places import Place, Places, find_places
 from hil.simulated import commands_by_state, states_of
 from hil.subject import Subject
-from hil.target import Stimulus
+from hil.target import Observation, Stimulus
 from hil.tracing import classifier_criticals
 
 POSITIONS = tuple(product((False, True), repeat=2))
@@ -87,6 +89,19 @@ class Proof:
         """How many cells were put to the image."""
         return sum(self.by_state.values())
 
+    def trial(self) -> Trial:
+        """Return the same as the other checks give it."""
+        trial = Trial("proof", self.verdict, "; ".join(self.reasons), dict(self.by_state))
+        trial.agreed = dict(self.by_state)
+        if self.difference is not None:
+            stimulus, (state, command), observed = self.difference
+            trial.agreed[state] -= 1
+            trial.reason = self.text().removeprefix("FAIL: ")
+            seen = None if observed is None else Observation(0, observed[1], observed[0])
+            finding = Finding(stimulus, Observation(0, command, state), seen, trial.reason)
+            trial.findings, trial.smallest = [finding], finding
+        return trial
+
     @property
     def proven(self) -> bool:
         """Whether image and simulator decide alike on every reading."""
@@ -124,6 +139,7 @@ class Question:
         partition: the cells.
         criticals: what either decider compares.
         places: of the image.
+        visited: stream addresses of the instructions that decisions may carry out.
         by_state: cells that were put to the image so far.
 
     Raises:
@@ -138,12 +154,12 @@ class Question:
         except ImageError as error:
             raise UnprovenError(f"{subject.where}: main: {error}") from error
         self.places = find_places(program, subject.robot)
-        self.criticals, visited = _followed(program, image, self.places, source_map)
+        self.criticals, self.visited = _followed(program, image, self.places, source_map)
         self.criticals.add(classifier_criticals(subject.robot, self.places.names))
         self.partition = Partition(len(self.places.names), self.criticals, POSITIONS)
         self.by_state: Counter[int] = Counter()
         self._commands = commands_by_state(subject)
-        self._asked = _Asked(subject, self.places, _state_place(program, visited))
+        self._asked = _Asked(subject, self.places, _state_place(program, self.visited))
 
     def differences(self, cells: Iterable[int]) -> Iterator[Difference]:
         """Put cells to the image and to the simulator; return those on which they part."""

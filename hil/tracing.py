@@ -8,10 +8,11 @@ values that the other may return, so every way through every function is among t
 
 import types
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
 from cgagen.errors import UnprovenError
-from cgagen.robot import Robot
+from cgagen.robot import Robot, SituationCounts
 from hil.criticals import Criticals
 from sim.numbers import ReflexNumbers
 from sim.world import PreyReading, Reading, answer_of_reading, state_of_reading
@@ -21,7 +22,7 @@ MOST_WAYS = 100_000
 
 
 def classifier_criticals(robot: Robot, names: tuple[str, ...]) -> Criticals:
-    """Return what the simulator compares to name the state of a reading.
+    """Return what the simulator compares to name the state of a reading; do not change it.
 
     Args:
         robot: its limits are the numbers.
@@ -30,16 +31,25 @@ def classifier_criticals(robot: Robot, names: tuple[str, ...]) -> Criticals:
     Raises:
         UnprovenError: the classifier does something else with a word.
     """
+    limits = robot.situation_counts if robot.limits else None
+    masking = robot.limits.masking if robot.limits else False
+    return _compared(names, limits, masking, 0 if limits else robot.alarm_count)
+
+
+@cache
+def _compared(
+    names: tuple[str, ...], limits: SituationCounts | None, masking: bool, alarm: int
+) -> Criticals:
     trace = Trace(names)
     words = [trace.word(number) for number in range(len(names))]
     for touched in ((a, b) for a in (False, True) for b in (False, True)):
-        if robot.limits is not None:
+        if limits is not None:
             front, right, left, *lights = words
             reading = Reading(front, right, left, *touched, *lights)  # type: ignore[arg-type]
-            trace.follow(state_of_reading, reading, robot.limits.masking, robot.situation_counts)
+            trace.follow(state_of_reading, reading, masking, limits)
         else:
             prey = PreyReading(*words, *touched)  # type: ignore[call-arg, arg-type]
-            trace.follow(answer_of_reading, prey, _told_apart(robot.alarm_count))
+            trace.follow(answer_of_reading, prey, _told_apart(alarm))
     return trace.criticals
 
 

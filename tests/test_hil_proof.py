@@ -118,6 +118,11 @@ def test_a_wrong_program_fails(
     right = questions[role].decide(stimulus.sonars + stimulus.lights, stimulus.touched)
     assert right == expected
     assert stimulus.text() in proof.text()
+    trial = proof.trial()
+    assert trial.verdict is FAIL
+    assert sum(trial.agreed.values()) == trial.decisions - 1
+    assert trial.smallest is not None
+    assert trial.smallest.stimulus == stimulus
 
 
 UNKNOWN = [
@@ -151,6 +156,7 @@ def test_what_is_not_understood_is_unproven(
     assert proof.verdict is UNPROVEN, proof.text()
     assert reason in proof.text()
     assert not proof.proven
+    assert reason in proof.trial().reason
 
 
 def test_a_reason_has_its_line(questions: dict[str, Question], tokenizer: Tokenizer) -> None:
@@ -310,8 +316,9 @@ def test_a_chip_with_its_clock_decides_the_same(role: str, questions: dict[str, 
     chip.machine.pc = places.entry
     chip.machine.gosubs[:] = [places.call]
     chip.on_address(places.stop, lambda stopped: stopped.clock.stop())
+    counted = chip.cover().counts
     start, now = chip.snapshot(), chip.clock.state()
-    for _ in range(40):
+    for _ in range(500):
         counts, touched = question.partition[dice.randrange(len(question.partition))]
         chip.clock.restore(now)
         chip.restore(start)
@@ -324,6 +331,8 @@ def test_a_chip_with_its_clock_decides_the_same(role: str, questions: dict[str, 
         observed = question.decide(counts, touched)
         assert observed is not None
         assert observed[1] == chip.pins.latch & 7
+    # All that was carried out had been followed, and no more.
+    assert {address for _, address in counted} - {places.stop} == question.visited
 
 
 def traced(function: Callable[..., object]) -> tuple[set[object], Criticals]:

@@ -55,10 +55,14 @@ def stimulus_of(text: str) -> Stimulus:
     >>> stimulus_of("1843,0,700/-R/0,170") == Stimulus((1843, 0, 700), (False, True), (0, 170))
     True
     """
-    sonars, antennas, *rest = text.split("/")
+    sonars, _, rest = text.partition("/")
+    antennas, *last = rest.split("/")
     touched = (antennas[:1] == "L", antennas[1:] == "R")
-    lights = tuple(map(int, rest[0].split(","))) if rest else ()
-    stimulus = Stimulus(tuple(map(int, sonars.split(","))), touched, lights)
+    try:
+        lights = tuple(map(int, last[0].split(","))) if last else ()
+        stimulus = Stimulus(tuple(map(int, sonars.split(","))), touched, lights)
+    except ValueError as error:
+        raise ValueError(f"{text!r} is not like 1843,0,700/-R/0,170") from error
     if stimulus.text() != text or not _fit(stimulus):
         raise ValueError(f"{text!r} is not like 1843,0,700/-R/0,170")
     return stimulus

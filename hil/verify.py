@@ -1,7 +1,7 @@
 """All checks of one robot, as `cgagen verify` and the tests run them."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
 from cgagen.words import Role
@@ -68,6 +68,8 @@ def verify(
     every = stimuli_of(subject.robot, level, seed) if readings is None else readings
     report.trials["sources"] = try_sources(subject, compile_source)
     with_registers(report, subject, compile_source, every)
+    if report.trials["sources"].agreed.get(0) == 0:
+        _try_edited(report, subject, compile_source, every)
     report.trials["emulator"] = try_target(subject, lambda: PinsTarget(subject), fast)
     for make in others:
         trial = try_target(subject, make, fast)
@@ -107,22 +109,37 @@ def try_sources(subject: Subject, compile_source: Compile) -> Trial:
     return trial
 
 
-def with_registers(
+def _try_edited(
     report: Report, subject: Subject, compile_source: Compile, every: Sequence[Stimulus]
+) -> None:
+    """Try what the main controller's source compiles to, where the image is something else."""
+    compiled = compile_source(subject.sources["main"], subject.files["main"])
+    edited = replace(subject, images={**subject.images, "main": compiled.image})
+    with_registers(report, edited, compile_source, every, "source ")
+
+
+def with_registers(
+    report: Report,
+    subject: Subject,
+    compile_source: Compile,
+    every: Sequence[Stimulus],
+    prefix: str = "",
 ) -> None:
     """Try the table and all readings from a snapshot behind sensing."""
     try:
         target = RegisterTarget(subject, compile_source)
         target.open()
     except TargetTimeout as error:
-        report.trials["registers"] = blocked("emulator:registers", error)
+        report.trials[f"{prefix}registers"] = blocked("emulator:registers", error)
         return
     except CgagenError as error:
         reason = str(error)
-        report.trials["registers"] = Trial("emulator:registers", Verdict.UNPROVEN, reason)
+        trial = Trial("emulator:registers", Verdict.UNPROVEN, reason)
+        report.trials[f"{prefix}registers"] = trial
         return
-    report.trials["table"] = try_table(subject, target)
-    report.trials["registers"] = compare(subject, target, every, explainer(subject, target))
+    report.trials[f"{prefix}table"] = try_table(subject, target)
+    trial = compare(subject, target, every, explainer(subject, target))
+    report.trials[f"{prefix}registers"] = trial
 
 
 def try_table(subject: Subject, target: RegisterTarget) -> Trial:

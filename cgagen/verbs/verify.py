@@ -1,6 +1,7 @@
 """`cgagen verify`: the firmware of a genome on trial, without writing a test."""
 
 import shlex
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from cgagen.verbs.console import Console, with_console
 if TYPE_CHECKING:
     from hil.equivalence import Finding, Trial
     from hil.subject import Subject
-    from hil.target import Stimulus
+    from hil.target import Stimulus, Target
     from hil.verify import Report
 
 LEVELS = ("smoke", "boundary")
@@ -71,7 +72,6 @@ def verify_verb(
     """
     from cgagen.tokenizer import Tokenizer
     from hil.stimuli import Level
-    from hil.targets import make_target
     from hil.verify import verify
 
     with Tokenizer() as tokenizer:
@@ -81,7 +81,7 @@ def verify_verb(
             tokenizer.compile,
             Level(level),
             seed,
-            [partial(make_target, url, subject) for url in targets if url != "emulator"],
+            [_maker(url, subject) for url in targets if url != "emulator"],
             [_reading(text, subject) for text in readings] or None,
         )
     words = [str(genome)] if genome else []
@@ -118,6 +118,18 @@ def _subject(
     return replace(subject, robot=body, genome=table or subject.genome)
 
 
+def _maker(url: str, subject: "Subject") -> "Callable[[], Target]":
+    """Return what makes a target, once it is known that there is such a kind."""
+    from cgagen.errors import RigError
+    from hil.targets import make_target
+
+    try:
+        make_target(url, subject)
+    except RigError as error:
+        raise click.UsageError(f"--target: {error}") from error
+    return partial(make_target, url, subject)
+
+
 def _reading(text: str, subject: "Subject") -> "Stimulus":
     from hil.stimuli import neutral
     from hil.target import stimulus_of
@@ -148,7 +160,7 @@ def _repeat(words: list[str], report: "Report", readings: tuple[str, ...]) -> st
 
 def _text(report: "Report", repeat: str) -> str:
     subject = report.subject
-    row = "{:<12}{:<10}{:>10}{:>8}{:>7}{:>10}"
+    row = "{:<18}{:<10}{:>10}{:>8}{:>7}{:>10}"
     heads = ("trial", "verdict", "decisions", "agreed", "stale", "left out")
     lines = [f"{subject.robot.name}: {subject.where}", "", row.format(*heads)]
     for name, trial in report.trials.items():

@@ -1,0 +1,94 @@
+"""`cgagen verify` as its users call it."""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from cgagen.cli import cgagen
+
+FIRMWARE = Path(__file__).parent.parent / "firmware"
+GENOME = str(FIRMWARE / "reference.genome")
+CALM = "0,0,0/--/0,0"
+
+
+def call(*words: str) -> Result:
+    return CliRunner().invoke(cgagen, list(words))
+
+
+def verify(*words: str) -> tuple[int, dict[str, Any]]:
+    result = call("--json", "verify", *words)
+    return result.exit_code, json.loads(result.stdout)
+
+
+@pytest.fixture
+def build(tmp_path: Path) -> Path:
+    folder = tmp_path / "build"
+    shutil.copytree(FIRMWARE / "predator", folder)
+    return folder
+
+
+def test_the_reference_passes() -> None:
+    result = call("verify", GENOME)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.splitlines()[-1] == "PASS"
+    assert "again: cgagen verify" in result.stdout
+
+
+def test_a_prey_passes_without_a_genome() -> None:
+    code, data = verify("--robot", "servobot-prey", "--reading", "100,0,0,0,0,0/--")
+    assert (code, data["verdict"]) == (0, "PASS")
+    assert data["trials"]["table"]["tried"].keys() == {str(state) for state in range(11)}
+
+
+def test_a_hand_edited_source_fails_with_a_reading_and_a_line(build: Path) -> None:
+    source = build / "main.bsp"
+    old, new = "IF nearest < EchoFrontNear THEN", "IF nearest <= EchoFrontNear THEN"
+    source.write_text(source.read_text().replace(old, new))
+    code, data = verify(GENOME, "--build", str(build))
+    assert (code, data["verdict"]) == (9, "FAIL")
+    verdicts = {name: trial["verdict"] for name, trial in data["trials"].items()}
+    assert verdicts["sources"] == verdicts["source registers"] == "FAIL"
+    assert verdicts["emulator"] == "PASS"
+    small = data["smallest"]
+    assert small["reading"] == "1843,0,0/--/0,0"
+    assert small["lines"][0]["text"].strip().startswith(new)
+    assert data["again"].endswith("--reading 1843,0,0/--/0,0")
+
+
+def test_a_changed_byte_in_an_image_fails_and_the_command_shows_it_again(build: Path) -> None:
+    image = build / "main.bin"
+    eeprom = bytearray(image.read_bytes())
+    at = (FIRMWARE / "predator" / "main.bin").read_bytes().index(bytes([4, 0, 0, 5, 0, 3, 0, 6]))
+    eeprom[at] ^= 1
+    image.write_bytes(eeprom)
+    code, data = verify(GENOME, "--build", str(build), "--reading", CALM)
+    assert (code, data["smallest"]["reading"]) == (9, CALM)
+    assert data["smallest"]["expected"]["command"] ^ data["smallest"]["observed"]["command"] == 1
+    again = data["again"].split()[1:]
+    assert verify(*again[1:])[0] == 9
+
+
+def test_a_target_that_is_absent_is_blocked() -> None:
+    result = call("verify", GENOME, "--reading", CALM, "--target", "serial:/dev/no-such-port")
+    assert result.exit_code == 7, result.output
+    assert "cannot be opened" in result.stdout
+    assert result.stdout.splitlines()[-1] == "BLOCKED"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ((), "give a genome"),
+        ((GENOME, "--reading", "1,2"), "is not like 1843"),
+        ((GENOME, "--target", "carrier-pigeon"), "no such target"),
+        ((GENOME, "--reading", "1,2/--/0,0"), "is not of a servobot-predator"),
+    ],
+)
+def test_wrong_words_are_refused(words: tuple[str, ...], sentence: str) -> None:
+    result = call("verify", *words)
+    assert result.exit_code == 2
+    assert sentence in result.output

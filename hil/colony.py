@@ -42,6 +42,7 @@ class Player:
         said: the last line of its telemetry; None before it.
         made: the movement of this step; None where it has made none.
         starts: how often its locomotion controller began without being told: its resets.
+        heard: all that its main controller has said.
     """
 
     def __init__(self, subject: Subject, bench: Bench, word: str) -> None:
@@ -61,6 +62,7 @@ class Player:
         self.made: Reading | None = None
         self.starts = 0
         self.told = False
+        self.heard = ""
         self._bytes = bytearray()
         self._forced: list[Forced] = []
         sonars = bench.parts_of(Sonar)
@@ -88,6 +90,7 @@ class Player:
         if byte == 0x0D:
             line = self._bytes.decode("ascii", "replace")
             self._bytes.clear()
+            self.heard += line
             self.said = parse_telemetry(line, self.subject.role) or self.said
 
 

@@ -1,0 +1,156 @@
+"""One emulated robot that is watched: every GO, every movement, every word on both ports.
+
+With `mute`, the main controller is kept in reset and the test itself works the lines, so that
+every phase and every lag between the two chips can be had.
+"""
+
+from dataclasses import dataclass
+
+from hil.colony import Player
+from hil.colony_bench import colony_bench
+from hil.gait_reader import Reading, Train
+from hil.referee import Referee
+from hil.subject import Subject
+from hil.target import Stimulus
+
+WORD = "robot"
+TESTER = "tester"
+OFF_NS = 1 << 60
+MS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """One time in which the locomotion controller held the step line.
+
+    Attributes:
+        accepted_ns: when it took it.
+        finished_ns: when it let go.
+        asked: the command lines when it took it.
+        made: the movement that the servos made.
+        train: their pulses.
+    """
+
+    accepted_ns: int
+    finished_ns: int
+    asked: int
+    made: Reading
+    train: Train
+
+
+class Lone:
+    """A robot on a bench of its own, from power-up.
+
+    Args:
+        subject: its programs.
+        text: another bench than the robot's own.
+        mute: keep the main controller in reset; `go` takes its place.
+
+    Attributes:
+        walks: movements that were told, the newest last.
+        uncommanded: what its servos did without being told.
+        words: all that both chips said on their ports, by chip, without telemetry.
+        go_ns: when the step line fell while the legs stood.
+        rise_ns: when it rose.
+    """
+
+    def __init__(self, subject: Subject, text: str | None = None, mute: bool = False) -> None:
+        self.subject = subject
+        self.bench = colony_bench({WORD: subject}, None if text is None else {WORD: text})
+        self.player = Player(subject, self.bench, WORD)
+        self.walks: list[Walk] = []
+        self.uncommanded: list[str] = []
+        self.words: dict[str, str] = {"locomotion": ""}
+        self.go_ns: list[int] = []
+        self.rise_ns: list[int] = []
+        self._booting = True
+        self._asked: tuple[int, int] = (0, 0)
+        line, driver = self.player.line, self.player.walk_driver
+        referee = Referee("watch", self.bench.clock, {WORD: line}, {WORD: driver}, holds=False)
+        referee.accepted, referee.finished = self._accepted, self._finished
+        self.referee = self.bench.add_part(referee)
+        line.listen(self._changed)
+        self.bench.host(f"{WORD}_locomotion").heard = self._heard
+        if mute:
+            self.player.go_driver = TESTER
+            self.reset("main", OFF_NS)
+
+    @property
+    def now_ns(self) -> int:
+        """The time."""
+        return self.bench.clock.now_ns
+
+    def show(self, stimulus: Stimulus) -> None:
+        """Put a reading before the sensors, from now on."""
+        self.player.show(stimulus)
+
+    def run(self, ms: float) -> None:
+        """Let time go by."""
+        self.bench.run(self.now_ns + round(ms * MS))
+
+    def walk(self, walks: int = 1, limit_ms: int = 8_000) -> Walk | None:
+        """Go on until so many more movements are finished; None where they are not in time."""
+        wanted, end_ns = len(self.walks) + walks, self.now_ns + limit_ms * MS
+        while len(self.walks) < wanted and self.now_ns < end_ns:
+            self.bench.run(min(self.now_ns + 20 * MS, end_ns))
+        return self.walks[-1] if len(self.walks) >= wanted else None
+
+    def stand(self, limit_ms: int = 5_000) -> None:
+        """Go on until the step line is high."""
+        end_ns = self.now_ns + limit_ms * MS
+        self.run(1)  # before it has run for the first time, nobody holds the line
+        while self.player.line.level != 1 and self.now_ns < end_ns:
+            self.run(1)
+
+    def go(self, command: int, hold_ms: float = 100.0) -> None:
+        """Do as the main controller: command, step line low, and let go of it."""
+        for bit in range(3):
+            self.bench.wire(f"{WORD}_command_{bit}").drive(TESTER, command >> bit & 1)
+        self.player.line.drive(TESTER, 0)
+        self.run(hold_ms)
+        self.player.line.drive(TESTER, None)
+
+    def reset(self, chip: str, hold_ns: int = 0) -> None:
+        """Reset a chip; its legs are then centred without having been told."""
+        self.bench.reset(f"{WORD}_{chip}", hold_ns)  # a movement under way is cut short here
+        if chip == "locomotion":
+            self._booting = True
+
+    def asked(self) -> int:
+        """Return what the command lines say now."""
+        levels = [self.bench.wire(f"{WORD}_command_{bit}").level or 0 for bit in range(3)]
+        return sum(level << bit for bit, level in enumerate(levels))
+
+    def _accepted(self, _word: str) -> None:
+        self._rested()
+        self.player.told = not self._booting and self.player.go_driver in self.player.line.drivers
+        if not self.player.told and not self._booting:
+            self.uncommanded.append(f"at {self.now_ns} ns: takes a GO that nobody gave")
+        self._asked = self.now_ns, self.asked()
+
+    def _finished(self, _word: str) -> None:
+        began_ns, asked = self._asked
+        gait, train = self.player.gait, self.player.gait.take()
+        if self._booting:
+            self._booting = False
+            if train.whole_frames():
+                gait.rest = train.whole_frames()[-1]
+            return
+        self.walks.append(Walk(began_ns, self.now_ns, asked, gait.read(train), train))
+
+    def _rested(self) -> None:
+        train = self.player.gait.take()
+        if self._booting:
+            return
+        trouble = self.player.gait.rested(train)
+        if trouble:
+            self.uncommanded.append(f"before {self.now_ns} ns: {trouble}")
+
+    def _changed(self, level: int | None) -> None:
+        if level == 1:
+            self.rise_ns.append(self.now_ns)
+        elif self.rise_ns:
+            self.go_ns.append(self.now_ns)
+
+    def _heard(self, byte: int) -> None:
+        self.words["locomotion"] += chr(byte)

@@ -12,14 +12,16 @@ from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
 from cgagen.errors import UnprovenError
 from cgagen.robot.reader import parse_robot
+from cgagen.stamp.decode import decode
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
 from hil.criticals import Criticals
+from hil.dataflow import flow_of
 from hil.equivalence import Verdict
 from hil.partition import Group, Partition, joined
 from hil.proof import POSITIONS, Question, prove
 from hil.subject import Subject, read_subject
-from hil.tracing import Trace, Word
+from hil.tracing import Trace, Word, classifier_criticals
 from tests.firmware_cases import PREDATOR
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
@@ -75,6 +77,24 @@ def test_every_critical_number_is_a_threshold(questions: dict[str, Question]) ->
     assert prey == set(combinations(range(6), 2))
 
 
+@pytest.mark.parametrize("role", ["predator", "prey"])
+def test_image_and_simulator_compare_the_same(role: str, questions: dict[str, Question]) -> None:
+    """Either side alone; only the sonar that is looked at first is held against "no echo"."""
+    question = questions[role]
+    places, image = question.places, question.subject.images["main"]
+    program, ours = decode(image.eeprom, image.model), Criticals()
+    for touched in POSITIONS:
+        levels = tuple(not bent for bent in touched)
+        flow = flow_of(program, image.eeprom, places, levels)
+        assert not flow.refused
+        assert flow.exits
+        ours.add(flow.criticals)
+    theirs = classifier_criticals(question.subject.robot, places.names)
+    assert ours.pairs == theirs.pairs == question.criticals.pairs
+    assert ours.cuts == question.criticals.cuts
+    assert ours.cuts == {**theirs.cuts, 0: theirs.cuts[0] | {65_535}}
+
+
 # -- What is found ----------------------------------------------------------------------------
 
 WRONG = [
@@ -94,6 +114,7 @@ WRONG = [
     ("predator", "obstacle * 8 + target", "obstacle * 8 | target + 1 & 63"),
     ("predator", "DATA    4,     0,     0,     5, ", "DATA    4,     0,     0,     4, "),
     ("predator", "nearest         VAR     Word", "nearest         VAR     echo"),
+    ("predator", "  READ Genes +", "  IF echo(2) = 777 THEN state = 5\n  READ Genes +"),
     ("prey", "Alarm           CON     6637", "Alarm           CON     6636"),
     ("prey", "IF distance < nearest THEN", "IF distance <= nearest THEN"),
     ("prey", "IF distance > nearest THEN", "IF distance >= nearest THEN"),

@@ -29,8 +29,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from hil.emulated import RegisterTarget
     from hil.equivalence import Trial
+    from hil.registers import RegisterTarget
     from hil.simulated import SimulatedTarget
     from hil.stimuli import Level
     from hil.subject import Subject
@@ -146,7 +146,7 @@ def hil_oracle(hil_subject: "Subject") -> "SimulatedTarget":
 def hil_registers(hil_subject: "Subject") -> Iterator["RegisterTarget"]:
     """Return the emulator from a snapshot behind sensing: thousands of decisions a second."""
     compile_source = _import("cgagen.tokenizer").compile_source
-    target = _import("hil.emulated").RegisterTarget(hil_subject, compile_source)
+    target = _import("hil.registers").RegisterTarget(hil_subject, compile_source)
     with target:
         yield target
 

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from cgagen.words import Role, situations_of
-from hil.emulated import RegisterTarget
 from hil.equivalence import Trial
+from hil.registers import RegisterTarget
 from hil.simulated import commands_by_state
 from hil.stimuli import Level, every_state
 from hil.subject import Subject

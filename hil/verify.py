@@ -5,9 +5,10 @@ from dataclasses import dataclass, field, replace
 
 from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
 from cgagen.words import Role
-from hil.emulated import Compile, PinsTarget, RegisterTarget
+from hil.emulated import PinsTarget
 from hil.equivalence import Explain, Finding, Trial, Verdict, blocked, compare, worst
 from hil.explain import Line, deciding_lines, table_line
+from hil.registers import Compile, RegisterTarget
 from hil.simulated import commands_by_state
 from hil.stimuli import SEED, Level, every_state, neutral, sample, stimuli_of, thresholds
 from hil.subject import CHIPS, Subject

@@ -7,7 +7,6 @@ the number of its question.
 
 import string
 import time
-from contextlib import suppress
 from itertools import count
 from typing import Never
 
@@ -34,7 +33,7 @@ from cgagen.bench_protocol import (
 from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.image import Image
-from hil.locks import PortLock
+from hil.port import PortLock, open_port
 from hil.subject import Subject
 from hil.target import IMAGE, STATE, Identity, Observation, Stimulus
 
@@ -96,7 +95,7 @@ class WiredTarget:
         """
         self._lock.take()
         try:
-            self._serial = self._opened()
+            self._serial = open_port(self._port)
             self._hello()
             self._prove()
         except BaseException:
@@ -184,25 +183,6 @@ class WiredTarget:
         self._give_up(f"no answer to {stimulus.text()} in {ANSWER_S:g} s")
 
     # -- Talking ------------------------------------------------------------------------------
-
-    def _opened(self) -> serial.SerialBase:
-        try:
-            port = serial.serial_for_url(self._port, do_not_open=True)
-            port.baudrate, port.timeout = BAUD, 0.05
-            if "://" not in self._port:
-                port.exclusive, port.write_timeout = True, 2.0
-            with suppress(OSError, ValueError):
-                port.dtr, port.rts = False, False
-            try:
-                port.open()
-            except OSError as error:
-                if getattr(error, "errno", None) != 25:
-                    raise
-        except (OSError, ValueError, serial.SerialException) as error:
-            raise RigError(
-                f"{self._port}: cannot be opened ({error}); look at the cable and the name"
-            ) from error
-        return port
 
     def _hello(self) -> None:
         deadline = time.monotonic() + HELLO_S

@@ -9,9 +9,10 @@ from cgagen.emulator.bench import Bench
 from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.stamp.image import Image
 from hil import wired
-from hil.emulated import calibration, robot_bench
+from hil.emulated import robot_bench
 from hil.equivalence import Verdict, compare
 from hil.pipe import BytePipe
+from hil.registers import calibration
 from hil.stimuli import every_state, thresholds
 from hil.subject import Subject, read_subject
 from hil.target import Stimulus

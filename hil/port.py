@@ -1,13 +1,23 @@
-"""One session per port: a second one is refused in a sentence instead of spoiling both."""
+"""A serial port: one session at a time, opened without resetting what hangs on it."""
 
 import fcntl
 import os
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
+import serial
+
+from cgagen.bench_protocol import BAUD
 from cgagen.errors import RigError
 from cgagen.files import digest
+
+READ_S = 0.05
+"""How long one read waits. Choice."""
+
+WRITE_S = 2.0
+"""How long one write may take. Choice."""
 
 
 class PortLock:
@@ -50,3 +60,27 @@ class PortLock:
         if self._file is not None:
             self._file.close()
             self._file = None
+
+
+def open_port(name: str) -> serial.SerialBase:
+    """Open a port with DTR and RTS off, which leaves a Stamp alone.
+
+    Args:
+        name: device path or URL of pyserial's.
+
+    Raises:
+        RigError: it cannot be opened.
+    """
+    try:
+        port = serial.serial_for_url(name, do_not_open=True)
+        port.baudrate, port.timeout = BAUD, READ_S
+        if "://" not in name:
+            port.exclusive, port.write_timeout = True, WRITE_S
+        with suppress(OSError, ValueError):
+            port.dtr, port.rts = False, False
+        port.open()
+    except (OSError, ValueError, serial.SerialException) as error:
+        raise RigError(
+            f"{name}: cannot be opened ({error}); look at the cable and the name"
+        ) from error
+    return port

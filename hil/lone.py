@@ -52,6 +52,7 @@ class Lone:
         words: all that both chips said on their ports, by chip, without telemetry.
         go_ns: when the step line fell while the legs stood.
         rise_ns: when it rose.
+        booting: the locomotion controller begins anew, and its next hold of the line is centring.
     """
 
     def __init__(self, subject: Subject, text: str | None = None, mute: bool = False) -> None:
@@ -63,7 +64,7 @@ class Lone:
         self.words: dict[str, str] = {"locomotion": ""}
         self.go_ns: list[int] = []
         self.rise_ns: list[int] = []
-        self._booting = True
+        self.booting = True
         self._asked: tuple[int, int] = (0, 0)
         line, driver = self.player.line, self.player.walk_driver
         referee = Referee("watch", self.bench.clock, {WORD: line}, {WORD: driver}, holds=False)
@@ -114,7 +115,7 @@ class Lone:
         """Reset a chip; its legs are then centred without having been told."""
         self.bench.reset(f"{WORD}_{chip}", hold_ns)  # a movement under way is cut short here
         if chip == "locomotion":
-            self._booting = True
+            self.booting = True
 
     def asked(self) -> int:
         """Return what the command lines say now."""
@@ -123,16 +124,16 @@ class Lone:
 
     def _accepted(self, _word: str) -> None:
         self._rested()
-        self.player.told = not self._booting and self.player.go_driver in self.player.line.drivers
-        if not self.player.told and not self._booting:
+        self.player.told = not self.booting and self.player.go_driver in self.player.line.drivers
+        if not self.player.told and not self.booting:
             self.uncommanded.append(f"at {self.now_ns} ns: takes a GO that nobody gave")
         self._asked = self.now_ns, self.asked()
 
     def _finished(self, _word: str) -> None:
         began_ns, asked = self._asked
         gait, train = self.player.gait, self.player.gait.take()
-        if self._booting:
-            self._booting = False
+        if self.booting:
+            self.booting = False
             if train.whole_frames():
                 gait.rest = train.whole_frames()[-1]
             return
@@ -140,7 +141,7 @@ class Lone:
 
     def _rested(self) -> None:
         train = self.player.gait.take()
-        if self._booting:
+        if self.booting:
             return
         trouble = self.player.gait.rested(train)
         if trouble:

@@ -230,6 +230,19 @@ def test_a_robot_with_other_limits_is_another_question(questions: dict[str, Ques
     assert proof.verdict is FAIL
 
 
+def test_a_number_on_the_left_is_the_same(
+    questions: dict[str, Question], tokenizer: Tokenizer
+) -> None:
+    changes = [
+        ("IF nearest < LampFrontNear", "IF LampFrontNear > nearest"),
+        ("IF nearest < EchoFrontNear", "IF EchoFrontNear - 1 >= nearest"),
+        ("IF lightLeft > 0", "IF 1 <= lightLeft"),
+    ]
+    before = questions["predator"]
+    after = Question(with_source(before.subject, tokenizer, *changes))
+    assert after.criticals == before.criticals
+
+
 def test_swapped_sonars_fail(questions: dict[str, Question], tokenizer: Tokenizer) -> None:
     """Which sonar a word belongs to is told by the pin, not by the names in the source."""
     right, left = "PULSIN SonarRight, 1, echo(Right)", "PULSIN SonarLeft, 1, echo(Left)"

@@ -1,0 +1,78 @@
+"""Without a referee: each robot walks in its own time, and both part from the simulator's episode.
+
+The simulator lets both robots step at once. Robots do not: a turn takes longer than a step
+ahead, and a decision takes as long as its echoes. So the prey of a real hunt has moved a little
+less, or a little more, when the predator looks. How much that matters is measured here.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cgagen.errors import RigError
+from hil.colony import Colony
+from hil.hunt import episode_of
+from hil.subject import Subject
+from sim.numbers import WorldNumbers
+
+
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """How far a hunt without referee is from the simulator's.
+
+    Attributes:
+        simulated_at: the simulator's step of capture; None for none.
+        captured_at: how many movements the predator had made at the capture; None for none.
+        prey_steps: how many the prey had made at the end.
+        decided_alike: the predator's decisions before the first that is another one.
+        farthest_units: between the predators after the same number of movements, at most.
+        trouble: what went wrong; empty where nothing did.
+    """
+
+    simulated_at: int | None
+    captured_at: int | None
+    prey_steps: int
+    decided_alike: int
+    farthest_units: float
+    trouble: str
+
+
+def part(
+    predator: Subject,
+    prey: Subject,
+    numbers: WorldNumbers,
+    start: NDArray[np.float64],
+    steps: int,
+) -> Parting:
+    """Let both robots hunt in their own time, up to a capture or so many movements of the predator.
+
+    Raises:
+        RigError: the predator's build has no genome.
+    """
+    if predator.genome is None:
+        raise RigError(f"{predator.where}: a build without genome; name one of a predator")
+    episode = episode_of(predator.genome, numbers, start, steps)
+    colony = Colony(predator, prey, numbers, start, referee=False)
+    made: list[int] = []
+    apart_units = [0.0]
+    while len(made) < steps and not colony.captured and colony.step() is not None:
+        last = colony.steps[-1]
+        if colony.trouble:
+            break
+        if last.predator.command is not None:
+            made.append(last.predator.command)
+            if len(made) <= len(episode.poses):
+                x, y = episode.poses[len(made) - 1, :2].tolist()
+                apart_units.append(math.hypot(last.pair.px - x, last.pair.py - y))
+    wanted = episode.looks[:, 8].tolist()
+    alike = next((n for n, (a, b) in enumerate(zip(made, wanted, strict=False)) if a != b), None)
+    return Parting(
+        simulated_at=episode.captured_at,
+        captured_at=len(made) if colony.captured else None,
+        prey_steps=sum(one.prey.command is not None for one in colony.steps),
+        decided_alike=min(len(made), len(wanted)) if alike is None else alike,
+        farthest_units=max(apart_units),
+        trouble=colony.trouble,
+    )

@@ -2,12 +2,7 @@
 
 It comes with the package, so it is loaded in every run of pytest on a machine that has cgagen.
 Therefore it imports nothing of cgagen before a test asks for one of its fixtures, and all its
-words begin with `hil`. What a test can use::
-
-    @pytest.mark.parametrize("gene", range(64))
-    def test_gene(hil_subject, hil_oracle, hil_target):
-        stimulus = ...
-        assert hil_target.decide(stimulus).command == hil_oracle.decide(stimulus).command
+words begin with `hil`.
 
 Fixtures: `hil_config` (what was asked for), `hil_subject` (robot, genome, images), `hil_target`
 (open, identity checked), `hil_registers` (the emulator from a snapshot behind sensing),
@@ -170,6 +165,14 @@ def hil_check(
     def check(target: "Target", stimuli: "Sequence[Stimulus]") -> "Trial":
         explain = verify.explainer(hil_subject, target) if hasattr(target, "trace") else None
         trial: Trial = equivalence.compare(hil_subject, target, stimuli, explain)
+        request.node.user_properties += [
+            ("hil_target", trial.target),
+            ("hil_verdict", str(trial.verdict)),
+            ("hil_decisions", trial.decisions),
+            ("hil_image", hil_subject.images["main"].digest),
+            ("hil_genome", hil_subject.genome_digest),
+            ("hil_seed", hil_config.seed),
+        ]
         _report(request.config, hil_subject, hil_config, trial)
         return trial
 

@@ -7,6 +7,8 @@ from chip_programs import SECOND_NS, chip_of
 
 from cgagen.emulator.chip import Chip, End
 from cgagen.emulator.clock import Clock
+from cgagen.emulator.pins import Pins
+from cgagen.emulator.polling import Polling
 from cgagen.emulator.unknowns import CHOICES
 from cgagen.emulator.wires import Wire
 from cgagen.errors import BenchError, ExecutionError, ImageError
@@ -370,3 +372,26 @@ def test_choices_reach_the_program(tokenizer: Tokenizer) -> None:
         made = chip_of(tokenizer, source, unknowns=other, compile_after=compile_after)
         made.run(SECOND_NS)
         assert [made.registers[f"W{n}"] for n in range(3)] == [3, 0, 1]
+
+
+@pytest.mark.parametrize(
+    ("mode", "inputs", "outputs", "active"),
+    [
+        (0, 0, 0, False),
+        (1, 1, 1, False),
+        (2, 1, 1, True),
+        (3, 1, 1, True),
+        (4, 1, 1, True),
+        (5, 0, 1, True),
+        (6, 1, 0, True),
+        (7, 0, 0, True),
+    ],
+)
+def test_what_pollmode_forgets(mode: int, inputs: int, outputs: int, active: bool) -> None:
+    """Ref: S2 p. 320; 5 to 7 leave the mode as it is, here 2."""
+    pins, polling = Pins("chip"), Polling()
+    polling.watch(3, 0, pins)
+    polling.drive(4, 1, pins)
+    polling.set_mode(2)
+    polling.set_mode(mode)
+    assert (len(polling.inputs), len(polling.outputs), polling.active) == (inputs, outputs, active)

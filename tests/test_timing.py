@@ -7,15 +7,17 @@ by hand from the bits of each instruction; operators are left out of them.
 from dataclasses import fields, replace
 
 import pytest
+from chip_programs import chip_of
 from pbasic_random import RandomProgram
 
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.costs import LISTS_LATER, item_bits
-from cgagen.emulator.expressions import expression_bits
+from cgagen.emulator.expressions import expression_bits, token_bits
 from cgagen.emulator.timing import timing_of
 from cgagen.stamp.chips import CHIPS, chip
 from cgagen.stamp.decode import decode
+from cgagen.stamp.program import Kind, Token
 from cgagen.tokenizer import Tokenizer
 
 HEAD = "' {$STAMP %s}\n' {$PBASIC 2.5}\n"
@@ -173,3 +175,17 @@ def test_pins_are_read_when_the_fetch_is_over(tokenizer: Tokenizer, read: str) -
         clock.at(act_ns + off_ns, lambda made=made: made.pins.wires[3].drive("hand", 1))
         made.run(1_000_000_000)
         assert bool(made.registers["B8"] or made.registers["W0"]) is seen
+
+
+def test_run_takes_one_jump(tokenizer: Tokenizer) -> None:
+    made = chip_of(tokenizer, "RUN 1", "STOP", model="BS2p")
+    made.run(1_000_000_000)
+    timing = made.machine.timing
+    assert made.local_ns == 2 * timing.fetch_ns + (15 + 7) * timing.bit_ns + timing.jump_ns
+
+
+@pytest.mark.parametrize(
+    ("value", "bits"), [(0, 7), (1, 7), (2, 7), (3, 8), (5, 9), (6, 9), (64, 7)]
+)
+def test_a_constant_has_the_fewest_bits_that_will_do(value: int, bits: int) -> None:
+    assert token_bits(Token(Kind.CONSTANT, value)) == bits

@@ -6,7 +6,7 @@ RUN    ?= runs/demo
 # The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
 NODE_EXTRA := $(shell node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' 2>/dev/null || echo ,node)
 
-.PHONY: demo test check hil firmware benchmark paper mutants clean setup
+.PHONY: demo test check hil hil-colony firmware benchmark paper mutants hil-mutants clean setup
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -36,6 +36,9 @@ check:                     ## lint, types, import contract, all tests
 hil: setup                 ## the firmware against its specification
 	$(BIN)/python -m pytest hil/ -q
 
+hil-colony: setup          ## whole robots from all 100 fixed starts: a quarter of an hour
+	$(BIN)/python -m pytest hil/test_colony.py -q -m slow
+
 firmware: setup            ## rebuild the checked-in reference firmware
 	$(BIN)/cgagen build firmware/reference.genome -o firmware/predator --force
 	$(BIN)/cgagen build --robot servobot-prey -o firmware/prey --force
@@ -48,6 +51,10 @@ paper: setup               ## five full trials and the slow tests against the pa
 
 mutants: setup             ## do the emulator's tests notice small changes of it?
 	$(BIN)/python -m tests.mutate_emulator
+
+hil-mutants: setup         ## do the firmware's checks notice small changes of it? which lines are met?
+	$(BIN)/python -m hil.kill
+	$(BIN)/python -m hil.covered
 
 clean:                     ## forget the environment, caches and runs
 	rm -rf $(VENV) runs dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -165,6 +165,7 @@ def judge_main(
     trial = MainTrial(subject, compiled.image, coverage)
     trial.present(neutral(subject.robot))
     _bench(trial, wanted, compiled.image)
+    _late_hello(MainTrial(subject, compiled.image, coverage))
 
 
 def _start(trial: MainTrial) -> None:
@@ -418,6 +419,13 @@ def _bench(trial: MainTrial, wanted: Wanted, image: Image) -> None:
     _said(trial, "?Xzz", "!Xzz")
     want(trial.wait("look", 20), "bench", "does not hunt after leaving")
     want(trial.wait("step 0", 1_000), "bench", "does not say GO after leaving")
+
+
+def _late_hello(trial: MainTrial) -> None:
+    """A hello in the last slice is heard, too."""
+    for _ in range(LISTEN_MS // MAIN_SLICE_MS - 1):
+        want(trial.wait("byte 62", 200), "bench", "no prompt")
+    _said(trial, "?Hzz", "!Hzz")
 
 
 def _said(trial: MainTrial, request: str, answer: str) -> None:

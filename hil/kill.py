@@ -5,13 +5,14 @@ apart; one that no check notices survives, and stands in `survivors.toml` with a
 the run.
 """
 
+import re
 import sys
 import time
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -22,6 +23,7 @@ from cgagen.tokenizer import compile_source
 from hil.judge_legs import judge_legs
 from hil.judge_main import Wanted, judge_main, wanted_of
 from hil.mutate import Mutant, all_mutants, choose
+from hil.proof import Proof, prove
 from hil.subject import CHIPS, Subject, read_subject
 from hil.trial import FailedCheck
 
@@ -33,6 +35,10 @@ MUTANTS = 215
 """Of each program in a full run; some do not compile. Choice: at least 200 are to be judged."""
 
 NOT_COMPILED, EQUIVALENT, SURVIVED = "does not compile", "same image", "survived"
+PROVEN = "proven equal"
+"""No check notices it, and no check could: `hil.proof` shows that it decides alike everywhere."""
+
+APART = (NOT_COMPILED, EQUIVALENT, PROVEN, SURVIVED)
 IMPOSSIBLE = "electric"
 """The check that kills what the bench or the chip cannot do, such as outputs that fight."""
 
@@ -45,7 +51,7 @@ class Fate:
         role: of the robot.
         chip: `main` or `locomotion`.
         mutant: the change.
-        end: the check that killed it, or one of the three words above.
+        end: the check that killed it, or one of the words `APART`.
         reason: what the check found.
     """
 
@@ -58,7 +64,7 @@ class Fate:
     @property
     def killed(self) -> bool:
         """Whether a check has noticed it."""
-        return self.end not in (NOT_COMPILED, EQUIVALENT, SURVIVED)
+        return self.end not in APART
 
 
 @cache
@@ -108,23 +114,80 @@ def judge_all(number: int | None, workers: int = 1) -> Iterator[Fate]:
         yield from pool.map(judge, *zip(*work, strict=True), chunksize=4)
 
 
-def reviewed(path: Path = SURVIVORS) -> dict[str, str]:
-    """Return the reasons of survivors that were looked at, by chip and change."""
+def proven(fates: Iterable[Fate]) -> Iterator[Fate]:
+    """Return the same; a survivor inside of `Decide` is PROVEN where the proof holds for it."""
+    for fate in fates:
+        proof = proof_of(fate)
+        whole = proof is not None and proof.proven
+        yield replace(fate, end=PROVEN, reason=proof.text()) if proof and whole else fate
+
+
+def proof_of(fate: Fate, sample: int | None = None) -> Proof | None:
+    """Return what the proof says of a survivor inside of `Decide`; None for all others.
+
+    Args:
+        fate: of a mutant.
+        sample: so many cells, which prove nothing; None for all.
+    """
+    if fate.end != SURVIVED or fate.chip != "main" or not _in_decide(fate):
+        return None
+    subject = subject_for(fate.role)
+    compiled = compile_source(fate.mutant.apply(subject.sources["main"]), "main")
+    return prove(replace(subject, images={**subject.images, "main": compiled.image}), sample)
+
+
+def _in_decide(fate: Fate) -> bool:
+    """Whether a change is in the routine, or in a constant that nothing else uses."""
+    lines = subject_for(fate.role).sources["main"].split("\n")
+    first = next(n for n, line in enumerate(lines, 1) if line.startswith("Decide:"))
+    last = next(n for n, line in enumerate(lines, 1) if n > first and line.strip() == "RETURN")
+    inside = range(first + 1, last)
+    found = re.match(r"(\w+) +CON ", fate.mutant.before)
+    if not found:
+        return fate.mutant.line in inside
+    word = re.compile(rf"\b{found[1]}\b")
+    uses = [n for n, line in enumerate(lines, 1) if word.search(line.partition("  '")[0])]
+    return all(n in inside for n in uses if n != fate.mutant.line)
+
+
+@dataclass(frozen=True, slots=True)
+class Review:
+    """Survivors that somebody has looked at.
+
+    Attributes:
+        chips: whose programs.
+        change: what `Mutant.text` says of them in full, as a regular expression.
+        reason: why no check notices them.
+    """
+
+    chips: tuple[str, ...]
+    change: re.Pattern[str]
+    reason: str
+
+
+@cache
+def reviews(path: Path = SURVIVORS) -> tuple[Review, ...]:
+    """Return the list."""
     rows = tomllib.loads(path.read_text("utf-8")).get("survivor", [])
-    return {f"{chip} {row['change']}": row["reason"] for row in rows for chip in row["chips"]}
+    return tuple(
+        Review(tuple(row["chips"]), re.compile(row["change"]), row["reason"]) for row in rows
+    )
 
 
-def key(fate: Fate) -> str:
-    """Return what a survivor is called in the list: lines move, texts stay."""
-    return f"{fate.chip} {fate.mutant.text()}"
+def reason_for(fate: Fate) -> str | None:
+    """Return why a survivor is let live; None where nobody has looked at it."""
+    text = fate.mutant.text()
+    for one in reviews():
+        if fate.chip in one.chips and one.change.fullmatch(text):
+            return one.reason
+    return None
 
 
 def matrix(fates: Iterable[Fate]) -> str:
     """Return the kill matrix: kinds of change by what became of them."""
     fates = list(fates)
     counts = Counter((fate.mutant.kind, fate.end) for fate in fates)
-    apart = [NOT_COMPILED, EQUIVALENT, SURVIVED]
-    checks = sorted({fate.end for fate in fates if fate.killed}) + apart
+    checks = [*sorted({fate.end for fate in fates if fate.killed}), *APART]
     kinds = sorted({kind for kind, _ in counts})
     rows = [["", *checks, "all"]]
     for kind in kinds:
@@ -144,14 +207,15 @@ def matrix(fates: Iterable[Fate]) -> str:
 
 def summary(fates: Iterable[Fate]) -> str:
     """Return a line per program."""
-    fates, known, rows = list(fates), reviewed(), []
+    fates, rows = list(fates), []
     for role, chip in PROGRAMS:
         mine = [one for one in fates if (one.role, one.chip) == (role, chip)]
         ends = Counter(one.end for one in mine)
-        listed = sum(one.end == SURVIVED and key(one) in known for one in mine)
+        listed = sum(one.end == SURVIVED and reason_for(one) is not None for one in mine)
         rows.append(
             f"{role} {chip}: {len(mine) - ends[NOT_COMPILED]} mutants, "
-            f"{sum(one.killed for one in mine)} killed, {ends[EQUIVALENT]} equivalent, "
+            f"{sum(one.killed for one in mine)} killed, {ends[EQUIVALENT]} with the same "
+            f"image, {ends[PROVEN]} proven equal, "
             f"{listed} survive and are reviewed, {ends[SURVIVED] - listed} survive"
         )
     return "\n".join(rows)
@@ -159,8 +223,7 @@ def summary(fates: Iterable[Fate]) -> str:
 
 def unreviewed(fates: Iterable[Fate]) -> list[Fate]:
     """Return the survivors without a reason."""
-    known = reviewed()
-    return [one for one in fates if one.end == SURVIVED and key(one) not in known]
+    return [one for one in fates if one.end == SURVIVED and reason_for(one) is None]
 
 
 def main() -> int:
@@ -168,16 +231,16 @@ def main() -> int:
     words = sys.argv[1:]
     number = None if "--all" in words else next((int(w) for w in words if w.isdigit()), MUTANTS)
     began_s = time.monotonic()
-    fates = list(judge_all(number, workers=2))
-    known, fresh = reviewed(), unreviewed(fates)
+    fates = list(proven(judge_all(number, workers=2)))
+    fresh = unreviewed(fates)
     for role, chip in PROGRAMS:
         click.echo(f"\n{role} {chip}\n")
         click.echo(matrix(one for one in fates if (one.role, one.chip) == (role, chip)))
     click.echo("\nsurvivors that were looked at:")
     for one in fates:
-        if one.end == SURVIVED and key(one) in known:
+        if one.end == PROVEN or (one.end == SURVIVED and reason_for(one)):
             click.echo(f"  {one.role} {one.chip} line {one.mutant.line}, {one.mutant.text()}")
-            click.echo(f"      {known[key(one)]}")
+            click.echo(f"      {reason_for(one) or one.reason}")
     click.echo("\nsurvivors that nobody has looked at:" if fresh else "\nno other survivors")
     for one in fresh:
         click.echo(f"  {one.role} {one.chip} line {one.mutant.line}, {one.mutant.text()}")

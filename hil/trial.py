@@ -68,6 +68,7 @@ class Trial:
         self.host = bench.host(name)
         self.text = bytearray()
         self.heard_ns: list[int] = []
+        self._taken: int | None = None
         self._wanted: Callable[[str], bool] = lambda _event: False
         self.host.heard = self._heard
         self.step.listen(lambda level: self.event(f"step {level}"))
@@ -95,6 +96,7 @@ class Trial:
 
     def forget(self) -> None:
         """Forget what was heard."""
+        self._taken = None
         self.text.clear()
         self.heard_ns.clear()
 
@@ -107,10 +109,14 @@ class Trial:
         """Say a request at the next prompt, and its readings at the one behind it, once.
 
         Returns:
-            All that was on the line since, up to the end of the answer; "" for no prompt.
+            All that was on the line since, up to the end of the answer; "" for no prompt; what
+            came unasked since the last answer, where there was anything but prompts.
         """
         if not self.wait(f"byte {ord(PROMPT)}", 1_500):
             return ""
+        stray = "" if self._taken is None else self.said[self._taken :].strip(PROMPT)
+        if stray:
+            return f"unasked: {stray}"
         self.go_on(PROMPT_GAP_MS)
         self.forget()
         self.host.send(request.encode("latin-1"))
@@ -119,6 +125,7 @@ class Trial:
         until_ns = self.now_ns + int(limit_ms * MS)
         while self.now_ns < until_ns and not self._answered():
             self.wait("byte 13", (until_ns - self.now_ns) / MS)
+        self._taken = len(self.text)
         return self.said
 
     def _answered(self) -> bool:

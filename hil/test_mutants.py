@@ -1,0 +1,122 @@
+"""Mutants of the firmware: what the list has in it, and that the checks notice a sample of it."""
+
+import re
+from collections import Counter
+
+import pytest
+
+from cgagen.tokenizer import compile_source
+from hil import covered, kill
+from hil.equivalence import Verdict
+from hil.judge_legs import judge_legs
+from hil.judge_main import judge_main, wanted_of
+from hil.kill import (
+    NOT_COMPILED,
+    PROGRAMS,
+    Fate,
+    judge,
+    matrix,
+    proof_of,
+    proven,
+    reviews,
+    subject_for,
+    unreviewed,
+)
+from hil.mutate import Mutant, all_mutants, choose
+
+SAMPLE = {"main": 14, "locomotion": 7}
+"""Mutants of each program, all kinds in turn. Choice: `make hil-mutants` has them by hundreds."""
+
+KINDS = {
+    "main": {
+        "comparison", "constant", "index", "label", "logic", "lost line", "masking", "operator",
+        "order", "pin", "rows", "table", "threshold",
+    },
+    "locomotion": {
+        "comparison", "constant", "index", "label", "logic", "lost line", "operator", "order",
+        "pin", "rows", "table",
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("role", "chip"), PROGRAMS)
+def test_every_kind_of_slip_is_made_and_always_the_same(role: str, chip: str) -> None:
+    source = subject_for(role).sources[chip]
+    mutants = all_mutants(source)
+    counts = Counter(one.kind for one in mutants)
+    assert counts.keys() | {"masking"} == KINDS[chip] | {"masking"}
+    assert len(mutants) > 500
+    assert len({one.apply(source) for one in mutants} - {source}) >= 0.97 * len(mutants)
+    assert choose(mutants, 215) == choose(all_mutants(source), 215)
+    for one in mutants:
+        assert one.apply(source).count("\n") == source.count("\n")
+
+
+def test_comments_and_texts_are_left_alone() -> None:
+    source = (
+        "x VAR Byte ' 7 < 8\nTable DATA 1, 2 ' 3\n  IF x < 3 THEN Go ' 4\n"
+        + '  SEROUT 1, ["5 < 6"]'
+    )
+    for one in all_mutants(source):
+        changed = one.apply(source)
+        assert "' 7 < 8" in changed
+        assert '"5 < 6"' in changed or one.kind in ("lost line", "order")
+    texts = {one.text() for one in all_mutants(source)}
+    assert "comparison: IF x < 3 THEN Go -> IF x <= 3 THEN Go" in texts
+    assert "table: Table DATA 1, 2 -> Table DATA 1, 3" in texts
+
+
+@pytest.fixture(scope="session")
+def sampled() -> list[Fate]:
+    fates = []
+    for role, chip in PROGRAMS:
+        source = subject_for(role).sources[chip]
+        fates += [judge(role, chip, one) for one in choose(all_mutants(source), SAMPLE[chip])]
+    return fates
+
+
+def _alike(fate: Fate) -> bool:
+    """Whether a sample of the proof agrees; `make hil-mutants` has the whole of it."""
+    proof = proof_of(fate, sample=2_000)
+    return proof is not None and proof.verdict is Verdict.PASS
+
+
+def test_a_sample_of_the_mutants_is_killed(sampled: list[Fate]) -> None:
+    survivors = [
+        f"{one.role} {one.chip} {one.mutant.text()}" for one in unreviewed(proven(sampled))
+    ]
+    assert not survivors
+    judged = [one for one in sampled if one.end != NOT_COMPILED]
+    assert sum(one.killed for one in judged) >= 0.8 * len(judged)
+    assert len(judged) >= 0.9 * 2 * sum(SAMPLE.values())
+    assert len({one.end for one in judged}) >= 5
+    assert re.search(r"^comparison +", matrix(sampled), re.M)
+
+
+def test_a_survivor_that_nobody_has_looked_at_is_told() -> None:
+    new = Fate("predator", "main", Mutant("order", 1, "  a = 1", "  a = 2"), kill.SURVIVED)
+    assert unreviewed([new]) == [new]
+    assert all(len(reason.split()) > 4 for reason in (one.reason for one in reviews()))
+
+
+@pytest.mark.parametrize("role", ["predator", "prey"])
+def test_the_firmware_itself_passes_and_all_of_it_is_met(role: str) -> None:
+    for chip in ("main", "locomotion"):
+        one = covered.cover(role, chip)
+        known = covered.reviewed_lines()
+        assert [line for line in one.missed() if f"{chip} {line}" not in known] == []
+        gone, ways = one.source.ways
+        assert one.source.lines_hit == len(one.source.lines) > 100
+        assert gone == ways > 50
+        if (role, chip) == ("predator", "main"):
+            assert one.genes == frozenset(range(64))
+
+
+def test_the_checks_name_what_they_find() -> None:
+    subject = subject_for("prey")
+    source = subject.sources["main"].replace("IF nearest < Alarm", "IF nearest <= Alarm")
+    with pytest.raises(Exception, match=r"decide: 0,0,0,0,0,6637/--|decide: .*6637.*"):
+        judge_main(subject, wanted_of(subject), compile_source(source, "main.bsp"))
+    source = subject.sources["locomotion"].replace("PULSOUT PinLiftRM", "PULSOUT PinLiftRR", 1)
+    with pytest.raises(Exception, match="gait: pulses out of turn"):
+        judge_legs(subject, compile_source(source, "locomotion.bs2").image)

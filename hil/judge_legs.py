@@ -142,11 +142,11 @@ def judge_legs(subject: Subject, image: Image, coverage: Coverage | None = None)
 def _start(trial: LegsTrial) -> None:
     """Banner, prompts, standing still with the line held low; then the line is let go."""
     robot, subject = trial.robot, trial.subject
-    want(trial.wait("pulse 0", FRAME_LIMIT_MS), "gaps", "no pulse soon after a reset")
+    trial.go_on(2)
     servos = sum(1 << one.pin for one in robot.servo_set.servos)
     want(trial.chip.pins.directions & servos == servos, "gaps", "servo lines float at the start")
-    trial.go_on(5)
     want(trial.holds, "handshake", "the step line is not held low after a reset")
+    want(trial.wait("pulse 0", FRAME_LIMIT_MS), "gaps", "no pulse soon after a reset")
     want(trial.wait("step 1", 1_500), "handshake", "the step line is never let go")
     digest = subject.sources["locomotion"].split("Source:  ")[1][:8]
     wanted = banner_text(Banner(1, "locomotion", robot.name, subject.genome_digest, digest)) + "\r"

@@ -16,9 +16,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cgagen.build import make_build
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.chip import Chip
+from cgagen.emulator.parts.ping import Ping
 from cgagen.evolve import Settings, first_generation, next_generation
+from cgagen.genome import from_commands
 from cgagen.robot import load_arena, load_robot
+from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
+from hil.emulated import robot_bench
+from hil.registers import RegisterTarget
+from hil.stimuli import sample
+from hil.subject import subject_of
 from sim.model import World, with_distance, words_of
 from sim.numbers import Options
 from sim.scalar import play_scalar
@@ -50,6 +60,7 @@ def rows() -> Iterator[Row]:
     yield from _world()
     yield from _evolution()
     yield from _programs()
+    yield from _chips()
     yield from _command_line()
 
 
@@ -128,6 +139,42 @@ def _programs() -> Iterator[Row]:
         )
     yield Row("build of both programs", both, "s", "2")
     yield Row(f"compiles of {len(source):,} characters", rate, "/s", "500 of 2,800")
+
+
+def _chips() -> Iterator[Row]:
+    robot = load_robot("servobot-predator")
+    with Tokenizer() as tokenizer:
+        built = make_build(robot, from_commands([*range(8)] * 8), tokenizer)
+        subject = subject_of(built, "benchmark")
+        readings = list(sample(robot, 2000))
+        with RegisterTarget(subject, tokenizer.compile) as target:
+            decisions = _best_rate(2000, lambda: target.decide_all(readings), time.thread_time)
+            lines = sum(len(target.trace(reading)) for reading in readings[:50]) / 50
+    yield Row("decisions from a snapshot", decisions, "/s", "20,000")
+    yield Row("PBASIC lines of the classifier", decisions * lines / 1e6, "M/s", "1.5")
+    bench = robot_bench(robot, subject.images)
+    bench.run(2_000_000_000)
+    whole = _best_rate(2, lambda: _run_on(bench, 2), time.thread_time)
+    yield Row("a whole emulated robot", whole, "x real", "30")
+    alone = _main_alone(subject.images["main"])
+    alone.run(2_000_000_000)
+    hunts = _best_rate(10, lambda: _run_on(alone, 10), time.thread_time)
+    yield Row("an emulated BS2p24 that hunts", hunts, "x real", "100")
+
+
+def _main_alone(image: Image) -> Bench:
+    """Return a main controller with its sonars, whose legs always stand."""
+    bench = Bench()
+    bench.add_chip(Chip("main", [image], bench.clock))
+    bench.connect("step", "main.P3", pull=1)
+    for sonar in load_robot("servobot-predator").sonars:
+        wire = bench.connect(sonar.name, f"main.P{sonar.pins[0]}")
+        bench.add_part(Ping(f"{sonar.name}_sonar", bench.clock, wire))
+    return bench
+
+
+def _run_on(bench: Bench, seconds: int) -> None:
+    bench.run(bench.clock.now_ns + seconds * 1_000_000_000)
 
 
 def _command_line() -> Iterator[Row]:

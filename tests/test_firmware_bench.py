@@ -110,7 +110,7 @@ def test_go_is_said_when_the_legs_stand_and_believed_when_the_line_stays_low() -
 
 def test_the_locomotion_controller_lets_go_only_between_movements() -> None:
     program = toy("predator", "locomotion")
-    line = iter([0, 1, 1, 0, 1, 0])
+    line = iter([0, 1, 1, 0, 0, 1, 0, 0])
     seen: list[str] = []
 
     def level(pin: str) -> int:
@@ -128,7 +128,22 @@ def test_the_locomotion_controller_lets_go_only_between_movements() -> None:
         "INPUT StepLine", "LOW StepLine", "INPUT StepLine", "LOW StepLine", "INPUT StepLine",
     ]  # fmt: skip
     # Up to the first GO four frames; then one, 46 of RIGHT_FORWARD, and one before the next look.
-    assert seen == ["0 after 1", "1 after 2", "1 after 3", "0 after 4", "1 after 52", "0 after 53"]
+    # GO is looked at twice: before the lines are read, and behind it.
+    assert seen == [
+        "0 after 1", "1 after 2", "1 after 3", "0 after 4", "0 after 4",
+        "1 after 52", "0 after 53", "0 after 53",
+    ]  # fmt: skip
+
+
+def test_a_go_that_is_taken_back_starts_nothing() -> None:
+    """A main controller that resets lets go of the step line and of the command at once."""
+    program = toy("predator", "locomotion")
+    line = iter([1, 0, 1, 1])
+    program.level = lambda pin: next(line)
+    program.set("IND", 0b1000)
+    with pytest.raises(StopIteration):
+        program.run("Ready")
+    assert "LOW StepLine" not in program.events
 
 
 def test_telemetry_is_one_line_that_can_be_parsed() -> None:

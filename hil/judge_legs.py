@@ -131,6 +131,7 @@ def judge_legs(subject: Subject, image: Image, coverage: Coverage | None = None)
     _gait(trial)
     _line_kept_low(trial)
     _unsteady_lines(trial)
+    _taken_back(trial)
     _idle(trial)
     trial.check_gaps("gaps")
     trial = LegsTrial(subject, image, coverage)
@@ -255,6 +256,33 @@ def _unsteady_lines(trial: LegsTrial) -> None:
     trial.command(4)
     trial.wait("pulse 6", 60)
     walk(trial, 4)
+
+
+def _taken_back(trial: LegsTrial) -> None:
+    """A main controller that resets lets go of GO and of the command, at any instant.
+
+    Then nothing is walked, or the movement that GO was for: never the 0 that the lines read.
+    """
+    frames = wanted_frames(trial.robot, 2, trial.rest)
+    for fifths_ms in range(40):
+        trial.command(2)
+        trial.go_on(60)
+        trial.forget()
+        trial.wait("pulse 11", 60)
+        start = trial.now_ns
+        trial.other.set(0)
+        trial.go_on(1 + fifths_ms / 5)
+        trial.other.set(None)
+        trial.command(0)
+        trial.go_on(60)
+        if trial.holds:
+            break
+        want(set(trial.frames(start, "gait")) <= {trial.rest}, "gait", "walks without a GO")
+    want(trial.holds, "handshake", "never takes GO")
+    want(trial.wait("step 1", len(frames) * 45), "handshake", "never ends the movement")
+    seen = trial.frames(start, "gait")
+    want(seen[-len(frames) :] == frames, "gait", "walks what the lines say after a reset")
+    trial.rest = frames[-1]
 
 
 def _idle(trial: LegsTrial) -> None:

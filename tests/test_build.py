@@ -124,7 +124,7 @@ def test_a_note_tells_of_a_robot_that_has_changed(tokenizer: Tokenizer) -> None:
 
 
 def test_a_program_that_takes_too_much_is_refused(tmp_path: Path, tokenizer: Tokenizer) -> None:
-    (tmp_path / "_say_who.j2").write_text('Banner DATA "#"\nBannerEnd DATA CR, 7(900)\n')
+    (tmp_path / "_say_who.j2").write_text('Banner DATA "#"\nBannerEnd DATA CR, 7(700)\n')
     with pytest.raises(BudgetError, match=r"main\.bsp: leaves \d+ of 2048 EEPROM bytes free"):
         make_build(PREDATOR, TABLE, tokenizer, tmp_path)
 

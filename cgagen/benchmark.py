@@ -105,7 +105,8 @@ def _world() -> Iterator[Row]:
 
 def _evolution() -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
-        first = _seconds("evolve", "--generations", "1", "--run", f"{folder}/first")
+        words = ("--generations", "1", "--fixed-starts", "1", "--run", f"{folder}/first")
+        first = _seconds("evolve", *words)
         begin = os.times()
         trial = _seconds("evolve", "--seed", "7", "--run", f"{folder}/trial")
         spent = os.times().children_user - begin.children_user

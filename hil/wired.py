@@ -31,9 +31,9 @@ from cgagen.bench_protocol import (
     request_text,
 )
 from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.link.port import PortLock, open_port
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.image import Image
-from hil.port import PortLock, open_port
 from hil.subject import Subject
 from hil.target import IMAGE, STATE, Identity, Observation, Stimulus
 

@@ -1,0 +1,1 @@
+"""The wire to a chip: ports, their locks, and what is said on them below any program."""

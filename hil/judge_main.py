@@ -7,6 +7,7 @@ from itertools import pairwise
 from cgagen.bench_protocol import (
     ANTENNA_KEYS,
     COMMAND_KEY,
+    END,
     GO_MS,
     LIGHT_KEYS,
     LISTEN_MS,
@@ -443,17 +444,15 @@ def _question(trial: MainTrial, request: str, stimulus: Stimulus, right: Observa
 
 
 def _bad_readings(trial: MainTrial, stimulus: Stimulus) -> None:
-    """A number that changed on its way is refused, whichever it is; so is silence.
-
-    The CR behind the sum is left out: the refusal comes so soon that the two would collide.
-    """
+    """A number that changed on its way is refused, whichever it is; so is silence."""
     counts = (*stimulus.sonars, *stimulus.lights)
-    words = reading_text(3, counts).rstrip("\r").split(" ")
+    words = reading_text(3, counts).rstrip(END).split(" ")
     for at in range(len(words)):
         bad = words.copy()
         bad[at] = f"{int(bad[at], 16) ^ 1:0{len(bad[at])}X}"
-        said = trial.ask("?Qsx", " ".join(bad))
-        want(said.endswith("!Esx\r"), "bench", f"bad number {at} is answered {said!r}")
+        reading = " ".join(bad) + END
+        said = trial.ask("?Qsx", reading)
+        want(said == f"?Qsx>{reading}!Esx\r", "bench", f"bad number {at} is answered {said!r}")
     want(trial.wait("byte 62", 100), "bench", "no prompt")
     trial.go_on(2)
     trial.forget()

@@ -249,6 +249,11 @@ class Toy:
                 for index, character in enumerate(text[:4]):
                     self.set(f"request({index})", ord(character))
                 return len(text) >= 4
+            if item == "WAIT (CR)":
+                if "\r" not in text:
+                    return False
+                text = text.partition("\r")[2]
+                continue
             word, _, name = item.partition(" ")
             found = re.match(rf"[^0-9A-F]*([0-9A-F]{{1,{word[3:]}}})", text)
             if not found:

@@ -90,6 +90,9 @@ class Trial:
 Explain = Callable[[Finding], tuple[Line, ...]]
 """Names the lines of PBASIC that decided a difference, the likeliest first."""
 
+Heard = Callable[[Stimulus, Observation, Observation | None, bool], None]
+"""Told of each answer: the stimulus, what was expected and observed, and whether they agree."""
+
 
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
     """Return what several trials come to: FAIL before BLOCKED before UNPROVEN before PASS.
@@ -106,6 +109,7 @@ def compare(
     target: Target,
     stimuli: Sequence[Stimulus],
     explain: Explain | None = None,
+    heard: Heard | None = None,
 ) -> Trial:
     """Apply all stimuli to an open target and compare its answers with the simulator's.
 
@@ -114,13 +118,14 @@ def compare(
         target: open, and known to be what it is to be.
         stimuli: in this order.
         explain: names lines for the smallest difference.
+        heard: told of each answer.
     """
     trial = Trial(target.url)
     admits = getattr(target, "admits", None)
     wanted = [one for one in stimuli if admits is None or admits(one)]
     trial.left_out = len(stimuli) - len(wanted)
     expected = SimulatedTarget(subject).decide_all(wanted)
-    asker = _Asker(target)
+    asker = _Asker(target, heard)
     stale = target.stale
     try:
         for stimulus, reference in zip(wanted, expected, strict=True):
@@ -128,6 +133,7 @@ def compare(
             _count(trial, reference.state or 0, finding)
             if finding is not None and finding.observed is None:
                 break
+        asker.heard = None
         trial.smallest = _smallest(subject, asker, trial.findings)
     except RigError as error:
         trial.verdict, trial.reason = Verdict.BLOCKED, str(error)
@@ -158,20 +164,24 @@ def blocked(target: str, error: RigError) -> Trial:
 class _Asker:
     """Asks a target and makes sure that the answer is to the question."""
 
-    def __init__(self, target: Target) -> None:
+    def __init__(self, target: Target, heard: Heard | None = None) -> None:
         self.stale = 0
+        self.heard = heard
         self._target = target
         self._last = -1
 
     def differs(self, stimulus: Stimulus, expected: Observation) -> Finding | None:
         """Return what is wrong with the target's answer; None for nothing."""
+        observed: Observation | None
         try:
-            observed = self._ask(stimulus)
+            answer = self._ask(stimulus)
+            observed, why = answer, _difference(stimulus, expected, answer)
         except TargetTimeout as error:
-            return Finding(stimulus, expected, None, str(error))
+            observed, why = None, str(error)
         except MismatchError as error:
-            return Finding(stimulus, expected, Observation(0, -1), str(error))
-        why = _difference(stimulus, expected, observed)
+            observed, why = Observation(0, -1), str(error)
+        if self.heard is not None:
+            self.heard(stimulus, expected, observed, not why)
         return Finding(stimulus, expected, observed, why) if why else None
 
     def _ask(self, stimulus: Stimulus) -> Observation:

@@ -33,6 +33,13 @@ class Level(StrEnum):
     """All states that can be reached, every threshold once, and a sample of the rest."""
     BOUNDARY = "boundary"
     """Besides, ties in every order, the ends of the ranges, and every pair of these."""
+    EXHAUSTIVE = "exhaustive"
+    """Besides, one reading of each cell of the whole sensor space: a proof (`hil.proof`)."""
+
+    @property
+    def wide(self) -> bool:
+        """Whether more is wanted than states and thresholds."""
+        return self is not Level.SMOKE
 
 
 def neutral(robot: Robot) -> Stimulus:
@@ -213,7 +220,7 @@ def sample(robot: Robot, count: int = SAMPLES, seed: int = SEED) -> Iterator[Sti
 def stimuli_of(robot: Robot, level: Level, seed: int = SEED) -> list[Stimulus]:
     """Return the readings of a level, each once, in a fixed order."""
     wanted: list[Stimulus] = [neutral(robot), *every_state(robot).values(), *thresholds(robot)]
-    if level is Level.BOUNDARY:
+    if level.wide:
         wanted += [*ties(robot), *pairs(robot)]
         wanted += sample(robot, 10 * SAMPLES, seed)
     else:

@@ -4,6 +4,7 @@
 
     CgagenError                 anything a user can mend; the CLI prints the sentence and exits
      +-- RobotError         3   a robot or arena file says something that cannot be
+     +-- MeasurementError   3   a table of measurements that cannot be read or used
      +-- GenomeError        3   a genome file that is no genome, or not for this robot
      +-- RunError           3   a run folder that cannot be started or continued, and why
      +-- TemplateError      3   a template needs a word that the context does not have
@@ -12,6 +13,7 @@
      +-- BudgetError        3   a program that does not fit its chip with the reserve asked for
      +-- BenchError         3   a bench file that says something that cannot be
      |    +-- ContentionError   two drivers hold one wire at different levels
+     +-- TraceError         3   a trace that cannot be read, or is not of this robot
      +-- ExecutionError     3   a program that does what no document says what it does
      +-- StorageError       3   the disk refused to take what was written to it
      +-- ToolchainError     4   no Node, no tokenizer, a wrong hash, a worker that died
@@ -39,6 +41,12 @@ class CgagenError(Exception):
 
 class RobotError(CgagenError):
     """A robot or arena file says something that cannot be: file, key, what is allowed."""
+
+    exit_code = 3
+
+
+class MeasurementError(CgagenError):
+    """A table of measurements: file, line, column, and what is allowed there."""
 
     exit_code = 3
 
@@ -87,6 +95,12 @@ class BenchError(CgagenError):
 
 class ContentionError(BenchError):
     """Two drivers hold one wire at different levels: a short circuit."""
+
+
+class TraceError(CgagenError):
+    """A trace that is malformed, cut, out of order or of another robot: file, line, what."""
+
+    exit_code = 3
 
 
 class ExecutionError(CgagenError):

@@ -22,6 +22,7 @@
      +-- RigError           7   a target that does not answer, or not as it should: BLOCKED
      |    +-- TargetTimeout     it gave no decision in time
      |    +-- IdentityError     it runs other programs than those to be tried
+     +-- FlashError         8   a download that had begun and did not end well
      +-- MismatchError      9   a decision that is not the simulator's: FAIL
      +-- UnprovenError     11   not enough evidence for a verdict
      +-- StoppedError      10   stopped by the user or a full disk; the run folder can be resumed
@@ -167,6 +168,12 @@ class TargetTimeout(RigError):  # noqa: N818  a word of the field
 
 class IdentityError(RigError):
     """A target runs other programs than those that are to be tried."""
+
+
+class FlashError(CgagenError):
+    """A download had begun and not every packet was taken: the chip holds half a program."""
+
+    exit_code = 8
 
 
 class MismatchError(CgagenError):

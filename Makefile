@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 RUN    ?= runs/demo
+KILLS  ?= runs/kills
 # The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
 NODE_EXTRA := $(shell node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' 2>/dev/null || echo ,node)
 
@@ -53,7 +54,9 @@ mutants: setup             ## do the emulator's tests notice small changes of it
 	$(BIN)/python -m tests.mutate_emulator
 
 hil-mutants: setup         ## do the firmware's checks notice small changes of it? which lines are met?
-	$(BIN)/python -m hil.kill
+	mkdir -p $(KILLS)
+	$(BIN)/python -m hil.kill --robot predator --out $(KILLS)/kills-predator.json
+	$(BIN)/python -m hil.kill --robot prey --out $(KILLS)/kills-prey.json
 	$(BIN)/python -m hil.covered
 
 clean:                     ## forget the environment, caches and runs

@@ -16,9 +16,10 @@ from cgagen.errors import MismatchError
 from cgagen.stamp.compiled import Compiled
 from cgagen.tokenizer import compile_source
 from cgagen.words import Role
+from hil.fate import PROGRAMS, SURVIVORS
 from hil.judge_legs import judge_legs
 from hil.judge_main import Decider, MainTrial, genes, judge_main, wanted_of
-from hil.kill import PROGRAMS, SURVIVORS, subject_for
+from hil.kill import subject_for
 from hil.simulated import states_of
 from hil.stimuli import every_state, neutral, thresholds, ties
 from hil.subject import Subject

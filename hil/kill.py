@@ -8,63 +8,43 @@ the run.
 import re
 import sys
 import time
-import tomllib
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import click
 
 from cgagen.errors import CgagenError, SourceError
+from cgagen.files import write_text
 from cgagen.tokenizer import compile_source
+from hil.fate import (
+    EQUIVALENT,
+    NOT_COMPILED,
+    PROGRAMS,
+    PROVEN,
+    ROLES,
+    SURVIVED,
+    Fate,
+    reason_for,
+    unreviewed,
+)
 from hil.judge_legs import judge_legs
 from hil.judge_main import Wanted, judge_main, wanted_of
+from hil.kills import matrix, record_of, record_text, summary
 from hil.mutate import Mutant, all_mutants, choose
 from hil.proof import Proof, prove
 from hil.subject import CHIPS, Subject, read_subject
 from hil.trial import FailedCheck
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
-SURVIVORS = Path(__file__).parent / "survivors.toml"
-PROGRAMS = tuple((role, chip) for role in ("predator", "prey") for chip in CHIPS)
 
 MUTANTS = 215
 """Of each program in a full run; some do not compile. Choice: at least 200 are to be judged."""
 
-NOT_COMPILED, EQUIVALENT, SURVIVED = "does not compile", "same image", "survived"
-PROVEN = "proven equal"
-"""No check notices it, and no check could: `hil.proof` shows that it decides alike everywhere."""
-
-APART = (NOT_COMPILED, EQUIVALENT, PROVEN, SURVIVED)
 IMPOSSIBLE = "electric"
 """The check that kills what the bench or the chip cannot do, such as outputs that fight."""
-
-
-@dataclass(frozen=True, slots=True)
-class Fate:
-    """What became of a mutant.
-
-    Attributes:
-        role: of the robot.
-        chip: `main` or `locomotion`.
-        mutant: the change.
-        end: the check that killed it, or one of the words `APART`.
-        reason: what the check found.
-    """
-
-    role: str
-    chip: str
-    mutant: Mutant
-    end: str
-    reason: str = ""
-
-    @property
-    def killed(self) -> bool:
-        """Whether a check has noticed it."""
-        return self.end not in APART
 
 
 @cache
@@ -100,10 +80,12 @@ def judge(role: str, chip: str, mutant: Mutant) -> Fate:
     return Fate(role, chip, mutant, SURVIVED)
 
 
-def judge_all(number: int | None, workers: int = 1) -> Iterator[Fate]:
+def judge_all(
+    number: int | None, workers: int = 1, roles: tuple[str, ...] = ROLES
+) -> Iterator[Fate]:
     """Judge so many mutants of each program, or all of them, in a fixed order."""
     work = []
-    for role, chip in PROGRAMS:
+    for role, chip in ((role, chip) for role in roles for chip in CHIPS):
         mutants = all_mutants(subject_for(role).sources[chip])
         chosen = mutants if number is None else choose(mutants, number)
         work += [(role, chip, mutant) for mutant in chosen]
@@ -150,103 +132,48 @@ def _in_decide(fate: Fate) -> bool:
     return all(n in inside for n in uses if n != fate.mutant.line)
 
 
-@dataclass(frozen=True, slots=True)
-class Review:
-    """Survivors that somebody has looked at.
+@click.command()
+@click.argument("number", type=click.IntRange(1), default=MUTANTS)
+@click.option("--all", "every", is_flag=True, help="All mutants that there are.")
+@click.option("--robot", type=click.Choice(ROLES), help="This robot's programs alone.")
+@click.option("--out", type=click.Path(path_type=Path), help="The matrix as JSON, of one --robot.")
+def main(number: int, every: bool, robot: str | None, out: Path | None) -> None:
+    """Judge NUMBER mutants of each program; print matrix and survivors.
 
-    Attributes:
-        chips: whose programs.
-        change: what `Mutant.text` says of them in full, as a regular expression.
-        reason: why no check notices them.
+    Ends with 1 where a survivor is not reviewed.
     """
-
-    chips: tuple[str, ...]
-    change: re.Pattern[str]
-    reason: str
-
-
-@cache
-def reviews(path: Path = SURVIVORS) -> tuple[Review, ...]:
-    """Return the list."""
-    rows = tomllib.loads(path.read_text("utf-8")).get("survivor", [])
-    return tuple(
-        Review(tuple(row["chips"]), re.compile(row["change"]), row["reason"]) for row in rows
-    )
-
-
-def reason_for(fate: Fate) -> str | None:
-    """Return why a survivor is let live; None where nobody has looked at it."""
-    text = fate.mutant.text()
-    for one in reviews():
-        if fate.chip in one.chips and one.change.fullmatch(text):
-            return one.reason
-    return None
+    if out is not None and robot is None:
+        raise click.UsageError("--out holds one robot's matrix: say which, with --robot")
+    if out is not None and not out.parent.is_dir():
+        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first")
+    began_s = time.monotonic()
+    roles = ROLES if robot is None else (robot,)
+    fates = list(proven(judge_all(None if every else number, workers=2, roles=roles)))
+    click.echo(_told(fates))
+    click.echo(f"\n{summary(fates)}\n{time.monotonic() - began_s:.0f} s")
+    if out is not None and robot is not None:
+        write_text(out, record_text(record_of(subject_for(robot), fates)))
+    sys.exit(1 if unreviewed(fates) else 0)
 
 
-def matrix(fates: Iterable[Fate]) -> str:
-    """Return the kill matrix: kinds of change by what became of them."""
-    fates = list(fates)
-    counts = Counter((fate.mutant.kind, fate.end) for fate in fates)
-    checks = [*sorted({fate.end for fate in fates if fate.killed}), *APART]
-    kinds = sorted({kind for kind, _ in counts})
-    rows = [["", *checks, "all"]]
-    for kind in kinds:
-        row = [counts[kind, check] for check in checks]
-        rows.append([kind, *(str(count or ".") for count in row), str(sum(row))])
-    sums = [sum(counts[kind, check] for kind in kinds) for check in checks]
-    rows.append(["all", *map(str, sums), str(sum(sums))])
-    widths = [max(len(row[at]) for row in rows) for at in range(len(rows[0]))]
-    return "\n".join(
-        "  ".join(
-            cell.ljust(width) if at == 0 else cell.rjust(width)
-            for at, (cell, width) in enumerate(zip(row, widths, strict=True))
-        )
-        for row in rows
-    )
-
-
-def summary(fates: Iterable[Fate]) -> str:
-    """Return a line per program."""
-    fates, rows = list(fates), []
+def _told(fates: list[Fate]) -> str:
+    """Return the matrix of each program, and all survivors."""
+    rows = []
     for role, chip in PROGRAMS:
         mine = [one for one in fates if (one.role, one.chip) == (role, chip)]
-        ends = Counter(one.end for one in mine)
-        listed = sum(one.end == SURVIVED and reason_for(one) is not None for one in mine)
-        rows.append(
-            f"{role} {chip}: {len(mine) - ends[NOT_COMPILED]} mutants, "
-            f"{sum(one.killed for one in mine)} killed, {ends[EQUIVALENT]} with the same "
-            f"image, {ends[PROVEN]} proven equal, "
-            f"{listed} survive and are reviewed, {ends[SURVIVED] - listed} survive"
-        )
-    return "\n".join(rows)
-
-
-def unreviewed(fates: Iterable[Fate]) -> list[Fate]:
-    """Return the survivors without a reason."""
-    return [one for one in fates if one.end == SURVIVED and reason_for(one) is None]
-
-
-def main() -> int:
-    """Judge, print matrix and survivors; 1 where one is not reviewed."""
-    words = sys.argv[1:]
-    number = None if "--all" in words else next((int(w) for w in words if w.isdigit()), MUTANTS)
-    began_s = time.monotonic()
-    fates = list(proven(judge_all(number, workers=2)))
-    fresh = unreviewed(fates)
-    for role, chip in PROGRAMS:
-        click.echo(f"\n{role} {chip}\n")
-        click.echo(matrix(one for one in fates if (one.role, one.chip) == (role, chip)))
-    click.echo("\nsurvivors that were looked at:")
+        rows += [f"\n{role} {chip}\n", matrix(mine)] if mine else []
+    rows.append("\nsurvivors that were looked at:")
     for one in fates:
         if one.end == PROVEN or (one.end == SURVIVED and reason_for(one)):
-            click.echo(f"  {one.role} {one.chip} line {one.mutant.line}, {one.mutant.text()}")
-            click.echo(f"      {reason_for(one) or one.reason}")
-    click.echo("\nsurvivors that nobody has looked at:" if fresh else "\nno other survivors")
-    for one in fresh:
-        click.echo(f"  {one.role} {one.chip} line {one.mutant.line}, {one.mutant.text()}")
-    click.echo(f"\n{summary(fates)}\n{time.monotonic() - began_s:.0f} s")
-    return 1 if fresh else 0
+            rows.append(f"  {_place(one)}\n      {reason_for(one) or one.reason}")
+    fresh = unreviewed(fates)
+    rows.append("\nsurvivors that nobody has looked at:" if fresh else "\nno other survivors")
+    return "\n".join([*rows, *(f"  {_place(one)}" for one in fresh)])
+
+
+def _place(fate: Fate) -> str:
+    return f"{fate.role} {fate.chip} line {fate.mutant.line}, {fate.mutant.text()}"
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

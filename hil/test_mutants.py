@@ -1,27 +1,30 @@
 """Mutants of the firmware: what the list has in it, and that the checks notice a sample of it."""
 
+import json
 import re
 from collections import Counter
+from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from cgagen.tokenizer import compile_source
-from hil import covered, kill
+from hil import covered
 from hil.equivalence import Verdict
-from hil.judge_legs import judge_legs
-from hil.judge_main import judge_main, wanted_of
-from hil.kill import (
+from hil.fate import (
+    EQUIVALENT,
     NOT_COMPILED,
     PROGRAMS,
+    PROVEN,
+    SURVIVED,
     Fate,
-    judge,
-    matrix,
-    proof_of,
-    proven,
     reviews,
-    subject_for,
     unreviewed,
 )
+from hil.judge_legs import judge_legs
+from hil.judge_main import judge_main, wanted_of
+from hil.kill import judge, main, proof_of, proven, subject_for
+from hil.kills import matrix, record_of, record_text, summary
 from hil.mutate import Mutant, all_mutants, choose
 
 SAMPLE = {"main": 14, "locomotion": 7}
@@ -94,9 +97,50 @@ def test_a_sample_of_the_mutants_is_killed(sampled: list[Fate]) -> None:
 
 
 def test_a_survivor_that_nobody_has_looked_at_is_told() -> None:
-    new = Fate("predator", "main", Mutant("order", 1, "  a = 1", "  a = 2"), kill.SURVIVED)
+    new = Fate("predator", "main", Mutant("order", 1, "  a = 1", "  a = 2"), SURVIVED)
     assert unreviewed([new]) == [new]
     assert all(len(reason.split()) > 4 for reason in (one.reason for one in reviews()))
+
+
+def test_the_matrix_is_a_file_that_reports_can_read() -> None:
+    changes = [Mutant("order", line, "  a = 1", f"  a = {line}") for line in range(6)]
+    listed = next(
+        one
+        for one in all_mutants(subject_for("prey").sources["main"])
+        if one.text().startswith("lost line: LOW Sonar")
+    )
+    ends = ["decide", "lines", "decide", NOT_COMPILED, EQUIVALENT, PROVEN]
+    fates = [Fate("prey", "main", one, end, "why") for one, end in zip(changes, ends, strict=True)]
+    fates += [
+        Fate("prey", "main", listed, SURVIVED),
+        Fate("prey", "locomotion", changes[0], SURVIVED),
+        Fate("predator", "main", changes[0], SURVIVED),
+    ]
+    record = record_of(subject_for("prey"), fates)
+    assert record_text(record) == record_text(record_of(subject_for("prey"), fates[::-1]))
+    assert json.loads(record_text(record)) == record
+    assert (record["format"], record["robot"]) == ("cgagen-kills-1", "servobot-prey")
+    assert record["images"]["locomotion"] == subject_for("prey").images["locomotion"].digest
+    rows = [(row["chip"], row["kind"], *list(row.values())[2:]) for row in record["rows"]]
+    assert rows == [
+        ("main", "lost line", 1, 0, 0, 0, 1, {}),
+        ("main", "order", 5, 3, 1, 1, 0, {"decide": 2, "lines": 1}),
+        ("locomotion", "order", 1, 0, 0, 0, 1, {}),
+    ]
+    assert [(one["line"], bool(one["reason"])) for one in record["survivors"]] == [
+        (listed.line, True),
+        (0, False),
+    ]
+    assert [one["change"] for one in record["proven"]] == ["a = 1 -> a = 5"]
+    assert "prey main: 6 mutants, 3 killed, 1 with the same image, 1 proven" in summary(fates)
+
+
+def test_a_matrix_is_of_one_robot(tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, ["--out", str(tmp_path / "kills.json")])
+    assert (done.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert "say which, with --robot" in done.output
+    far = ["--robot", "prey", "--out", str(tmp_path / "nowhere" / "kills.json")]
+    assert "make it first" in " ".join(CliRunner().invoke(main, far).output.split())
 
 
 @pytest.mark.parametrize("role", ["predator", "prey"])

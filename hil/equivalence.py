@@ -5,7 +5,7 @@ bench is sick, so nothing is known. UNPROVEN: nothing could be applied.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from cgagen.errors import MismatchError, RigError, TargetTimeout
@@ -46,6 +46,7 @@ class Finding:
         observed: the target's; None where there was none.
         why: a sentence.
         lines: lines of PBASIC that decided it, the likeliest first.
+        index: which of the stimuli of the trial it was, from 0; None where it was none of them.
     """
 
     stimulus: Stimulus | None
@@ -53,6 +54,7 @@ class Finding:
     observed: Observation | None
     why: str
     lines: tuple[Line, ...] = ()
+    index: int | None = None
 
 
 @dataclass
@@ -122,14 +124,16 @@ def compare(
     """
     trial = Trial(target.url)
     admits = getattr(target, "admits", None)
-    wanted = [one for one in stimuli if admits is None or admits(one)]
+    places = [n for n, one in enumerate(stimuli) if admits is None or admits(one)]
+    wanted = [stimuli[n] for n in places]
     trial.left_out = len(stimuli) - len(wanted)
     expected = SimulatedTarget(subject).decide_all(wanted)
     asker = _Asker(target, heard)
     stale = target.stale
     try:
-        for stimulus, reference in zip(wanted, expected, strict=True):
+        for place, stimulus, reference in zip(places, wanted, expected, strict=True):
             finding = asker.differs(stimulus, reference)
+            finding = finding and replace(finding, index=place)
             _count(trial, reference.state or 0, finding)
             if finding is not None and finding.observed is None:
                 break
@@ -141,10 +145,7 @@ def compare(
     if trial.findings:
         trial.smallest = trial.smallest or min(trial.findings, key=_weight_in(subject))
         if explain is not None and trial.smallest.observed is not None:
-            small = trial.smallest
-            trial.smallest = Finding(
-                small.stimulus, small.expected, small.observed, small.why, explain(small)
-            )
+            trial.smallest = replace(trial.smallest, lines=explain(trial.smallest))
         trial.verdict, trial.reason = Verdict.FAIL, trial.smallest.why
     elif trial.verdict is Verdict.PASS and not trial.decisions:
         trial.verdict = Verdict.UNPROVEN

@@ -1,0 +1,12 @@
+"""Traces: what a robot has sensed, recorded once and replayed on every target.
+
+Inside this room, `values` says what a trace is, `vectors` (CSV), `candump` (frames in files) and
+`questions` (frames and readings) turn files into it, `sidecar` ties a file to its origin,
+`storage` reads and writes, `replaying` compares. The recorded traces lie here, too.
+"""
+
+from hil.traces.replaying import Replay, replay
+from hil.traces.storage import read_trace, write_trace
+from hil.traces.values import Origin, Sample, Trace
+
+__all__ = ["Origin", "Replay", "Sample", "Trace", "read_trace", "replay", "write_trace"]

@@ -1,0 +1,152 @@
+"""What lies beside a trace: where it comes from, and the digests that tie it to that.
+
+The file is `NAME.json` beside `NAME`, and `rig.dbc` lies in the same folder, so that any CAN tool
+can read the frames. Neither has to be there; what is there has to fit.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from cgagen.files import digest
+from cgagen.words import Role
+from hil.dbc import dbc_text
+from hil.messages import TICK_NS
+from hil.traces.values import Origin, refused
+
+FORMAT = "cgagen-trace-1"
+DBC_FILE = "rig.dbc"
+HAND = "hand"
+TARGETS = ("simulator", "emulator", "serial", "can", HAND)
+CLOCKS = ("nominal", "host")
+
+
+def sidecar_path(path: Path) -> Path:
+    """Return the sidecar of a trace's file.
+
+    >>> sidecar_path(Path("hunt.log")).name
+    'hunt.log.json'
+    """
+    return path.with_name(path.name + ".json")
+
+
+def sidecar_text(origin: Origin, data: bytes, readings: int) -> str:
+    """Return the sidecar of a file with this content."""
+    row: dict[str, Any] = {
+        "format": FORMAT,
+        "trace": digest(data),
+        "readings": readings,
+        "target": origin.target,
+        "robot": {"name": origin.robot, "role": str(origin.role), "digest": origin.robot_digest},
+        "genome": origin.genome,
+        "images": dict(sorted(origin.images.items())),
+        "dbc": digest(dbc_text()),
+        "tick_ns": TICK_NS,
+        "seed": origin.seed,
+        "clock": origin.clock,
+        "source": origin.source,
+    }
+    return json.dumps(row, indent=2) + "\n"
+
+
+def read_origin(path: Path, name: str) -> Origin | None:
+    """Return what the sidecar of a trace says; None where there is none.
+
+    Args:
+        path: of the trace.
+        name: what messages call the trace.
+
+    Raises:
+        TraceError: the sidecar is none, or not of this content; another DBC lies beside it.
+    """
+    _check_dbc(path, name)
+    beside = sidecar_path(path)
+    where = sidecar_path(Path(name))
+    try:
+        text = beside.read_text("utf-8")
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        raise refused(where, "", f"cannot be read ({error})") from error
+    try:
+        row = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        line = getattr(error, "lineno", 1)
+        raise refused(where, f"line {line}", f"is no JSON ({error})") from error
+    origin = _origin(row, str(where))
+    _check_content(row, path, name, str(where))
+    return origin
+
+
+def _check_dbc(path: Path, name: str) -> None:
+    try:
+        text = path.with_name(DBC_FILE).read_bytes()
+    except OSError:
+        return
+    if text != dbc_text().encode():
+        raise refused(
+            name,
+            "",
+            f"the {DBC_FILE} beside it is not this rig's, so its frames mean other things",
+            "take the trace to a folder of its own if they do not",
+        )
+
+
+def _check_content(row: dict[str, Any], path: Path, name: str, where: str) -> None:
+    if row["dbc"] != digest(dbc_text()):
+        raise refused(name, "", f"{where} says that it was recorded by another {DBC_FILE}")
+    if row["tick_ns"] != TICK_NS:
+        raise refused(where, "tick_ns", f"is {row['tick_ns']}, and a rig's is {TICK_NS}")
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise refused(name, "", f"cannot be read ({error.strerror})", "name a trace") from error
+    if row["trace"] != digest(data):
+        raise refused(
+            name,
+            "",
+            f"its content is not what {where} was written for",
+            "record it again, or remove that file if the change was meant",
+        )
+
+
+def _origin(row: Any, where: str) -> Origin:
+    """Return the origin in a sidecar whose every key is of the right kind."""
+    kinds: dict[str, Any] = {
+        "format": str,
+        "trace": str,
+        "readings": int,
+        "target": str,
+        "robot": dict,
+        "genome": (str, type(None)),
+        "images": dict,
+        "dbc": str,
+        "tick_ns": int,
+        "seed": (int, type(None)),
+        "clock": str,
+        "source": dict,
+    }
+    if not isinstance(row, dict) or row.get("format") != FORMAT:
+        raise refused(where, "format", f"is not {FORMAT}")
+    for key, kind in kinds.items():
+        if not isinstance(row.get(key), kind) or isinstance(row.get(key), bool):
+            raise refused(where, key, "is missing, or of another kind")
+    robot = row["robot"]
+    values = [robot.get("name"), robot.get("role"), robot.get("digest"), *row["images"].values()]
+    if not all(isinstance(value, str) for value in values) or robot["role"] not in list(Role):
+        raise refused(
+            where, "robot", "name, role and digest are wanted, or images has other than text"
+        )
+    if row["target"] not in TARGETS or row["clock"] not in CLOCKS:
+        raise refused(where, "target", f"one of {', '.join(TARGETS)} is wanted, and its clock")
+    return Origin(
+        row["target"],
+        robot["name"],
+        Role(robot["role"]),
+        robot["digest"],
+        row["genome"],
+        row["images"],
+        row["seed"],
+        row["clock"],
+        row["source"],
+    )

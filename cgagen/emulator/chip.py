@@ -182,10 +182,15 @@ class Chip(Runner):
         Args:
             hold_ns: so long the chip does nothing, its pins inputs.
         """
+        self.hold()
+        self._begin(hold_ns)
+
+    def hold(self) -> None:
+        """Keep the reset button pressed: pins are inputs and nothing runs until `reset`."""
         self._stop()
         self.machine.clear()
         self.pins.send(0)
-        self._begin(hold_ns)
+        self.ended = self._step = None
 
     def snapshot(self) -> ChipState:
         """Return everything about the chip, in the middle of an instruction too.

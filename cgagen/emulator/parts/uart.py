@@ -52,7 +52,10 @@ class Uart(Part):
         self.sent = 0
         """Bytes that are on their way or over."""
         self.errors = 0
-        """Frames without a stop bit (a break is one) or with wrong parity; they are dropped."""
+        """Frames without a stop bit (a break is one) or with wrong parity."""
+        self.keeps_errors = False
+        """Give such frames as they were read, as a computer's terminal driver does: a break is
+        one 0. Otherwise they are dropped."""
         self._transmit = transmit
         self._receive = receive
         self._baud = baud
@@ -60,6 +63,7 @@ class Uart(Part):
         self._seven_even = seven_even
         self._echo = echo and receive is not None
         self._queue = bytearray()
+        self._space = False
         self._received = bytearray()
         self._edges: list[tuple[int, int]] = []
         self._bits: tuple[int, ...] = ()
@@ -86,6 +90,29 @@ class Uart(Part):
             self.sent += 1
             self._next_bit()
 
+    def hold_break(self, on: bool) -> None:
+        """Hold the line at space, whatever is sent meanwhile, or end that."""
+        self._space = on
+        self._drive(self._bits[self._bit - 1] if self._bits else 1)
+
+    def drop(self) -> None:
+        """Stop sending in the middle of a byte, and forget what waits."""
+        self._next.cancel()
+        self._queue.clear()
+        self._bits = ()
+        self._drive(1)
+
+    @property
+    def baud(self) -> int:
+        """Bits per second, both ways; a change spoils what is being sent."""
+        return self._baud
+
+    @baud.setter
+    def baud(self, baud: int) -> None:
+        if baud != self._baud:
+            self.drop()
+            self._baud = baud
+
     @property
     def sends(self) -> bool:
         """Whether there is a wire that it sends on."""
@@ -106,14 +133,24 @@ class Uart(Part):
         """What came, and was not taken yet."""
         return bytes(self._received)
 
-    def take(self) -> bytes:
-        """Return what came, and forget it."""
-        taken = self.received
-        self._received.clear()
+    def take(self, most: int | None = None) -> bytes:
+        """Return what came, or so many bytes of it, and forget those."""
+        taken = bytes(self._received[:most])
+        del self._received[:most]
         return taken
 
+    @property
+    def unread(self) -> int:
+        """Bytes that came, and were not taken yet."""
+        return len(self._received)
+
+    @property
+    def breaks(self) -> bool:
+        """Whether the line is held at space."""
+        return self._space
+
     def _drive(self, bit: int) -> None:
-        level = self._mark if bit else 1 - self._mark
+        level = self._mark if bit and not self._space else 1 - self._mark
         if self._transmit is not None:
             self._transmit.drive(self.name, level)
         if self._echo and self._receive is not None:
@@ -152,7 +189,8 @@ class Uart(Part):
             byte &= 0x7F
         if tuple(bits) != _frame(byte, self._seven_even):
             self.errors += bits[0] == 0
-            return
+            if bits[0] or not self.keeps_errors:
+                return
         self._received.append(byte)
         if self.heard is not None:
             self.heard(byte)

@@ -15,6 +15,7 @@ import tomli_w
 from cgagen.build.bench import BENCH_FORMAT, bench_text
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_file import parse_bench
+from hil.benches import show
 from hil.subject import CHIPS, Subject
 
 
@@ -68,4 +69,10 @@ def colony_bench(subjects: Mapping[str, Subject], texts: Mapping[str, str] | Non
             for name in CHIPS:
                 file = Path(folder) / f"{word}_{name}.bin"
                 file.write_bytes(subject.images[name].eeprom)
-        return parse_bench(colony_text(texts), "bench.toml", Path(folder))
+        bench = parse_bench(colony_text(texts), "bench.toml", Path(folder))
+    images = {
+        f"{word}_{name}": subject.images[name]
+        for word, subject in subjects.items()
+        for name in CHIPS
+    }
+    return show(bench, images)

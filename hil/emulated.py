@@ -19,6 +19,7 @@ from cgagen.emulator.parts.whisker import Whisker
 from cgagen.errors import CgagenError, MismatchError, RigError, TargetTimeout
 from cgagen.robot import Robot
 from cgagen.stamp.image import Image
+from hil.benches import show
 from hil.subject import CHIPS, Subject
 from hil.target import (
     COUNTS,
@@ -65,7 +66,7 @@ def robot_bench(robot: Robot, images: dict[str, Image]) -> Bench:
     with tempfile.TemporaryDirectory(prefix="cgagen-") as folder:
         for name in CHIPS:
             (Path(folder) / f"{name}.bin").write_bytes(images[name].eeprom)
-        return parse_bench(bench_text(robot), "bench.toml", Path(folder))
+        return show(parse_bench(bench_text(robot), "bench.toml", Path(folder)), images)
 
 
 class PinsTarget:

@@ -60,7 +60,7 @@ class Trial:
         self.subject, self.robot = subject, subject.robot
         self.bench = bench = robot_bench(subject.robot, {**subject.images, name: image})
         self.chip = bench.chip(name)
-        self.chip.coverage = coverage
+        self.chip.coverage = coverage or self.chip.coverage
         (other,) = set(CHIPS) - {name}
         bench.reset(other, FOREVER_NS)
         self.step = bench.wire("step")

@@ -5,17 +5,25 @@ from dataclasses import dataclass, field, replace
 
 from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
 from cgagen.words import Role
+from hil.benches import Counted, looking
 from hil.emulated import PinsTarget
-from hil.equivalence import Explain, Finding, Trial, Verdict, blocked, compare, worst
+from hil.equivalence import Explain, Finding, Heard, Trial, Verdict, blocked, compare, worst
+from hil.evidence import Evidence
 from hil.explain import Line, deciding_lines, table_line
+from hil.proof import prove
 from hil.registers import Compile, RegisterTarget
 from hil.simulated import commands_by_state
 from hil.stimuli import SEED, Level, every_state, neutral, sample, stimuli_of, thresholds
 from hil.subject import CHIPS, Subject
 from hil.target import Observation, Stimulus, Target
+from hil.timing import try_timing
+from hil.walks import try_walks
 
 BOUNDARY_PINS = 200
 """Readings by chance that go through the pins in the boundary level. Choice."""
+
+SAMPLED_CELLS = 6_000
+"""Cells of the sensor space that are tried below the exhaustive level. Choice."""
 
 
 @dataclass
@@ -27,12 +35,23 @@ class Report:
         level: how much.
         seed: of what was chosen by chance.
         trials: by what they are called.
+        notes: what a trial that passed has to say.
+        evidence: the same and more, for a page.
     """
 
     subject: Subject
     level: Level
     seed: int
     trials: dict[str, Trial] = field(default_factory=dict)
+    notes: dict[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.evidence = Evidence(self.subject)
+
+    def add(self, name: str, trial: Trial) -> None:
+        """Note a trial."""
+        self.trials[name] = trial
+        self.evidence.trial(name, trial)
 
     @property
     def verdict(self) -> Verdict:
@@ -62,27 +81,57 @@ def verify(
         level: how much is tried.
         seed: for what is chosen by chance.
         others: makers of further targets, not yet open.
-        readings: these alone instead of the level's.
+        readings: these alone instead of the level's, and nothing else but table and sources.
     """
-    report = Report(subject, level, seed)
+    report, counted = Report(subject, level, seed), Counted()
     fast = pin_readings(subject, level, seed) if readings is None else readings
     every = stimuli_of(subject.robot, level, seed) if readings is None else readings
-    report.trials["sources"] = try_sources(subject, compile_source)
-    with_registers(report, subject, compile_source, every)
-    if report.trials["sources"].agreed.get(0) == 0:
-        _try_edited(report, subject, compile_source, every)
-    report.trials["emulator"] = try_target(subject, lambda: PinsTarget(subject), fast)
+    with looking(counted):
+        report.add("sources", try_sources(subject, compile_source))
+        with_registers(report, subject, compile_source, every)
+        if report.trials["sources"].agreed.get(0) == 0:
+            _try_edited(report, subject, compile_source, every)
+        if readings is None:
+            with_cells(report, subject, compile_source)
+        ear = report.evidence.ear
+        report.add("emulator", try_target(subject, lambda: PinsTarget(subject), fast, ear))
+        if readings is None:
+            _with_walks(report, subject)
     for make in others:
-        trial = try_target(subject, make, fast)
-        report.trials[trial.target] = trial
+        trial = try_target(subject, make, fast, ear)
+        report.add(trial.target, trial)
+    report.evidence.count(counted, compile_source)
     return report
+
+
+def with_cells(report: Report, subject: Subject, compile_source: Compile) -> None:
+    """Try the cells of the sensor space: a sample of them, or all, which is a proof."""
+    try:
+        compiled = compile_source(subject.sources["main"], subject.files["main"])
+        same = compiled.image.eeprom == subject.images["main"].eeprom
+    except SourceError:
+        same = False
+    count = None if report.level is Level.EXHAUSTIVE else SAMPLED_CELLS
+    proof = prove(subject, count, report.seed, compiled.source_map if same else None)
+    report.evidence.proof(proof)
+    report.add("cells", proof.trial())
+    report.notes["cells"] = proof.text()
+
+
+def _with_walks(report: Report, subject: Subject) -> None:
+    """Try the movements, and the time that the robot takes; both need a step line."""
+    if subject.robot.link.step_line is None:
+        return
+    report.add("movements", try_walks(subject))
+    trial, report.evidence.timing = try_timing(subject)
+    report.add("timing", trial)
 
 
 def pin_readings(subject: Subject, level: Level, seed: int = SEED) -> list[Stimulus]:
     """Return the readings that go through the pins, or a wire."""
     robot = subject.robot
     wanted = [neutral(robot), *every_state(robot).values(), *thresholds(robot)]
-    if level is Level.BOUNDARY:
+    if level.wide:
         wanted += sample(robot, BOUNDARY_PINS, seed)
     return list(dict.fromkeys(wanted))
 
@@ -131,16 +180,18 @@ def with_registers(
         target = RegisterTarget(subject, compile_source)
         target.open()
     except TargetTimeout as error:
-        report.trials[f"{prefix}registers"] = blocked("emulator:registers", error)
+        report.add(f"{prefix}registers", blocked("emulator:registers", error))
         return
     except CgagenError as error:
-        reason = str(error)
-        trial = Trial("emulator:registers", Verdict.UNPROVEN, reason)
-        report.trials[f"{prefix}registers"] = trial
+        report.add(f"{prefix}registers", Trial("emulator:registers", Verdict.UNPROVEN, str(error)))
         return
-    report.trials[f"{prefix}table"] = try_table(subject, target)
-    trial = compare(subject, target, every, explainer(subject, target))
-    report.trials[f"{prefix}registers"] = trial
+    table = try_table(subject, target)
+    report.add(f"{prefix}table", table)
+    ear = None if prefix else report.evidence.ear(target.url)
+    if not prefix:
+        report.evidence.table(table)
+    trial = compare(subject, target, every, explainer(subject, target), ear)
+    report.add(f"{prefix}registers", trial)
 
 
 def try_table(subject: Subject, target: RegisterTarget) -> Trial:
@@ -176,13 +227,20 @@ def try_target(
     subject: Subject,
     make: Callable[[], Target],
     stimuli: Sequence[Stimulus],
-    explain: Explain | None = None,
+    ear: Callable[[str], Heard] | None = None,
 ) -> Trial:
-    """Open a target, compare it with the simulator, and close it."""
+    """Open a target, compare it with the simulator, and close it.
+
+    Args:
+        subject: what it is to hold.
+        make: makes it.
+        stimuli: in this order.
+        ear: given the target's name, returns what is told of each answer.
+    """
     target = make()
     try:
         target.open()
-        return compare(subject, target, stimuli, explain)
+        return compare(subject, target, stimuli, heard=ear(target.url) if ear else None)
     except RigError as error:
         return blocked(target.url, error)
     finally:

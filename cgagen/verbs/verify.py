@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hil.target import Stimulus, Target
     from hil.verify import Report
 
-LEVELS = ("smoke", "boundary")
+LEVELS = ("smoke", "boundary", "exhaustive")
 
 
 @click.command("verify")

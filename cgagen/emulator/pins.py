@@ -128,10 +128,9 @@ class Pins:
         """Bring the wires of changed pins up to date."""
         if self.ghost is not None:
             return
-        pin = 0
         while changed:
-            if changed & 1:
-                output = self.directions >> pin & 1
-                self.wires[pin].drive(self._names[pin], self.latch >> pin & 1 if output else None)
-            changed >>= 1
-            pin += 1
+            bit = changed & -changed
+            changed ^= bit
+            pin = bit.bit_length() - 1
+            level = (1 if self.latch & bit else 0) if self.directions & bit else None
+            self.wires[pin].drive(self._names[pin], level)

@@ -49,27 +49,28 @@ class Wire:
     1
     """
 
-    __slots__ = (
-        "_drivers",
-        "_forced",
-        "_group",
-        "_listeners",
-        "_watchers",
-        "level",
-        "name",
-        "pull",
-    )
+    __slots__ = ("_drivers", "_forced", "_listeners", "_net", "_pull", "_watchers", "level", "name")
 
     def __init__(self, name: str, pull: int | None = None) -> None:
         self.name = name
-        self.pull = pull
         self.level = pull
+        self._pull = pull
         # 2 * strength + level: the greatest decides, and its last bit is the level.
         self._drivers: dict[str, int] = {}
         self._forced: int | None = None
-        self._group: tuple[Wire, ...] = (self,)
-        self._listeners: list[Listener] = []
-        self._watchers: list[Watcher] = []
+        self._listeners: tuple[Listener, ...] = ()
+        self._watchers: tuple[Watcher, ...] = ()
+        self._net = _Net((self,))
+
+    @property
+    def pull(self) -> int | None:
+        """Level that a resistor gives it while nobody drives it; None for no resistor."""
+        return self._pull
+
+    @pull.setter
+    def pull(self, level: int | None) -> None:
+        self._pull = level
+        self._net.changed()
 
     def drive(self, driver: str, level: int | None, strength: Strength = Strength.OUTPUT) -> None:
         """Drive the wire, or let go of it.
@@ -82,70 +83,79 @@ class Wire:
         Raises:
             ContentionError: another output holds the other level.
         """
-        drivers = self._drivers
+        drivers, net = self._drivers, self._net
         before = drivers.get(driver, _NOBODY)
         code = _NOBODY if level is None else 2 * strength + level
         if code == before:
             return
+        # Most wires have one driver that changes its mind again and again: what holds against it
+        # is found once, for as long as nobody else moves.
+        if net.newest is not self or net.driver != driver:
+            net.against(self, driver)
+        if code >= _OUTPUT and net.rest == code ^ 1:
+            raise self._contention(driver, code)
         if code == _NOBODY:
             del drivers[driver]
         else:
             drivers[driver] = code
-        firmest, enemy, watched = _NOBODY, code ^ 1 if code >= _OUTPUT else _NOBODY, False
-        for wire in self._group:
-            for held in wire._drivers.values():
-                if held > firmest:  # noqa: PLR1730  the innermost loop of all
-                    firmest = held
-                if held == enemy:
-                    self._refuse_contention(driver, before)
-            pull = wire.pull
-            if pull is not None and pull > firmest:
-                firmest = pull
-            if wire._watchers:
-                watched = True
-        if watched:
-            _tell(self._group)
+        if net.special:
+            _tell_watchers(net.ends)
             self._settle()
-        else:
-            self._spread(firmest & 1 if firmest >= 0 else None)
+            return
+        firmest = code if code > net.rest else net.rest
+        new = firmest & 1 if firmest >= 0 else None
+        if new != self.level:
+            for wire in net.ends:
+                wire.level = new
+            for wire in net.heard:
+                wire._tell(new)
 
     def listen(self, listener: Listener) -> Callable[[], None]:
         """Tell `listener` every change; returns how to stop that.
 
         Where a listener changes the level in turn, those after it hear only the newest level.
         """
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener)
+        self._listeners += (listener,)
+        self._net.changed()
+
+        def stop() -> None:
+            left = list(self._listeners)
+            left.remove(listener)
+            self._listeners = tuple(left)
+            self._net.changed()
+
+        return stop
 
     def watch(self, watcher: Watcher) -> None:
         """Tell `watcher` whenever somebody drives or lets go, before the level follows.
 
         For circuits that an output charges: letting go of a charged capacitor changes no level.
         """
-        self._watchers.append(watcher)
+        self._watchers += (watcher,)
+        self._net.changed()
 
     @property
     def output(self) -> int | None:
         """The level that an output gives; None where there is none."""
-        code = max((code for wire in self._group for code in wire._drivers.values()), default=0)
+        code = max((code for wire in self.ends for code in wire._drivers.values()), default=0)
         return code & 1 if code >= _OUTPUT else None
 
     @property
     def undisturbed(self) -> int | None:
         """The level without anything forced on it."""
-        codes = [code for wire in self._group for code in wire._drivers.values()]
-        codes += [wire.pull for wire in self._group if wire.pull is not None]
+        codes = [code for wire in self.ends for code in wire._drivers.values()]
+        codes += [wire._pull for wire in self.ends if wire._pull is not None]
         return max(codes) & 1 if codes else None
 
     @property
     def drivers(self) -> tuple[str, ...]:
         """Who drives it now."""
-        return tuple(name for wire in self._group for name in wire._drivers)
+        return tuple(name for wire in self.ends for name in wire._drivers)
 
     @property
     def ends(self) -> tuple["Wire", ...]:
         """All that are joined with this one, itself included."""
-        return self._group
+        return self._net.ends
 
     def join(self, other: "Wire") -> None:
         """Make one wire of this and another, each with what it is joined to.
@@ -153,7 +163,7 @@ class Wire:
         Raises:
             ContentionError: outputs of both disagree.
         """
-        if other in self._group:
+        if other in self.ends:
             return
         mine, theirs = self.output, other.output
         if mine is not None and theirs is not None and mine != theirs:
@@ -161,20 +171,16 @@ class Wire:
                 f"{self.name}: {self._output_name()} drives {mine}, {other._output_name()} drives "
                 f"{theirs}; take one of them off the wire, or put a resistor between"
             )
-        group = self._group + other._group
-        for wire in group:
-            wire._group = group
-        _tell(group)
+        _tell_watchers(_Net(self.ends + other.ends).ends)
         self._settle()
 
     def leave(self, *others: "Wire") -> None:
         """Cut this end, with others that stay joined to it, off from the rest."""
-        rest = tuple(wire for wire in self._group if wire is not self and wire not in others)
+        rest = tuple(wire for wire in self.ends if wire is not self and wire not in others)
         mine = (self, *others)
         for group in (mine, rest):
-            for wire in group:
-                wire._group = group
-        _tell((*mine, *rest))
+            _Net(group)
+        _tell_watchers((*mine, *rest))
         self._settle()
         for wire in rest[:1]:
             wire._settle()
@@ -182,62 +188,107 @@ class Wire:
     def force(self, level: int | None) -> None:
         """Give this end a level whoever drives it; None ends that. For faults alone."""
         self._forced = level
+        self._net.changed()
         self._settle()
 
     def state(self) -> WireState:
         """Return drivers, level and joints as a value for `restore`."""
-        return self.level, tuple(self._drivers.items()), self._forced, self._group
+        return self.level, tuple(self._drivers.items()), self._forced, self.ends
 
     def restore(self, state: WireState) -> None:
         """Go back to a state of this wire; nobody is told. Listeners stay as they are."""
-        self.level, drivers, self._forced, self._group = state
+        self.level, drivers, forced, ends = state
         self._drivers = dict(drivers)
+        self._net.newest = None
+        if forced != self._forced or ends is not self._net.ends:
+            self._forced = forced
+            _Net(ends)
 
     def _settle(self) -> None:
         """Bring the level up to date."""
-        self._spread(self.undisturbed)
-
-    def _spread(self, level: int | None) -> None:
-        """Give all ends their level, before anybody hears of it."""
-        changed = []
-        for wire in self._group:
+        level = self.undisturbed
+        changed: list[tuple[Wire, int | None]] = []
+        for wire in self.ends:
             new = level if wire._forced is None else wire._forced
             if new != wire.level:
                 wire.level = new
-                if wire._listeners:
-                    changed.append((wire, new))
+                changed.append((wire, new))
         for wire, new in changed:
-            for listener in tuple(wire._listeners):
-                if wire.level != new:
-                    break
-                listener(new)
+            wire._tell(new)
 
-    def _refuse_contention(self, driver: str, before: int) -> None:
-        """Make the driver what it was, and raise, where somebody else is against it."""
-        code = self._drivers[driver]
-        for wire in self._group:
-            for other, held in wire._drivers.items():
-                if held == code ^ 1 and other != driver:
-                    if before == _NOBODY:
-                        del self._drivers[driver]
-                    else:
-                        self._drivers[driver] = before
-                    raise ContentionError(
-                        f"{self._group[0].name}: {driver} drives {code & 1}, {other} drives "
-                        f"{held & 1}; take one of them off the wire, or put a resistor between"
-                    )
+    def _tell(self, level: int | None) -> None:
+        """Tell the listeners of this end, while it keeps that level."""
+        for listener in self._listeners:
+            if self.level != level:
+                break
+            listener(level)
+
+    def _contention(self, driver: str, code: int) -> ContentionError:
+        """Return the error: a driver is against an output of another."""
+        other = next(
+            name
+            for wire in self.ends
+            for name, held in wire._drivers.items()
+            if held == code ^ 1 and name != driver
+        )
+        return ContentionError(
+            f"{self.ends[0].name}: {driver} drives {code & 1}, {other} drives {code & 1 ^ 1}; "
+            "take one of them off the wire, or put a resistor between"
+        )
 
     def _output_name(self) -> str:
         return next(
-            name for wire in self._group for name, code in wire._drivers.items() if code >= _OUTPUT
+            name for wire in self.ends for name, code in wire._drivers.items() if code >= _OUTPUT
         )
+
+
+class _Net:
+    """Ends that are joined, and what holds for all of them until one of them changes.
+
+    Making one takes its ends out of their former nets.
+
+    Attributes:
+        ends: see above.
+        newest: the end whose driver moved last; None after any other change.
+        driver: that driver.
+        rest: the firmest of all other drivers and pulls.
+        special: somebody watches, or a level is forced.
+        heard: ends that have listeners.
+    """
+
+    __slots__ = ("driver", "ends", "heard", "newest", "rest", "special")
+
+    def __init__(self, ends: tuple[Wire, ...]) -> None:
+        self.ends = ends
+        self.driver, self.rest = "", _NOBODY
+        for wire in ends:
+            wire._net = self
+        self.changed()
+
+    def changed(self) -> None:
+        """Forget what was known."""
+        self.newest: Wire | None = None
+        self.special = any(wire._watchers or wire._forced is not None for wire in self.ends)
+        self.heard = tuple(wire for wire in self.ends if wire._listeners)
+
+    def against(self, newest: Wire, driver: str) -> None:
+        """Find what holds against a driver."""
+        rest = _NOBODY
+        for wire in self.ends:
+            for name, held in wire._drivers.items():
+                if held > rest and (wire is not newest or name != driver):
+                    rest = held
+            pull = wire._pull
+            if pull is not None and pull > rest:
+                rest = pull
+        self.newest, self.driver, self.rest = newest, driver, rest
 
 
 _OUTPUT = 2 * Strength.OUTPUT
 _NOBODY = -1
 
 
-def _tell(group: tuple[Wire, ...]) -> None:
+def _tell_watchers(group: tuple[Wire, ...]) -> None:
     for wire in group:
-        for watcher in tuple(wire._watchers):
+        for watcher in wire._watchers:
             watcher()

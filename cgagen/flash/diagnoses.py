@@ -39,6 +39,10 @@ SENTENCES: dict[Symptom, str] = {
         "the chip's EEPROM does not take {detail}; look at the supply voltage, else the EEPROM "
         "is worn out and the module to be replaced"
     ),
+    Symptom.FELL_SILENT: (
+        "every packet was acknowledged, then the line fell silent ({detail}), and whether the "
+        "program runs is not known; switch the Stamp on and reset it"
+    ),
 }
 """By symptom; `WRONG_MODEL` has a sentence of its own, because it names two models."""
 

@@ -5,7 +5,7 @@ wrong on the line, the whole begins again with a reset, which is; and no more th
 times.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cgagen.flash.identify import QUIET_MS, REPLY_MS, identify
 from cgagen.flash.modules import Module, calling_of
@@ -38,6 +38,9 @@ START_MS = 300
 SIGN_OFF = 0x00
 """Ends the loader. Ref: bs2-serial 0.15.0, which sends it always; what it does is inferred."""
 
+SIGN_OFFS = 2
+"""How often it is sent while no echo comes. Choice."""
+
 TAKEN, BROKEN, WORN = 0x00, 0x01, 0x02
 """Acknowledgements: taken, checksum or communication error, EEPROM error. Ref: bstamp."""
 
@@ -50,11 +53,13 @@ class State:
         attempt: from 1.
         begun: a packet has been sent, so the chip holds neither program whole.
         complete: every packet of one attempt has been acknowledged.
+        worn: blocks that the EEPROM is said not to take.
     """
 
     attempt: int = 0
     begun: bool = False
     complete: bool = False
+    worn: set[int] = field(default_factory=set)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +101,15 @@ def _send(plan: Plan, state: State) -> Conversation[Module]:
         raise TroubleError(Symptom.WRONG_MODEL, module.name, final=True)
     if calling_of(model).takes_slot:
         yield from exchange(bytes((plan.image.slot,)), 0, REPLY_MS)
-        yield from _silence(QUIET_MS)
+        late = yield Hear(QUIET_MS)
+        if late.after:
+            same = late.after[0] == plan.image.slot
+            symptom = Symptom.DOUBLE_ECHO if same else Symptom.STRAY
+            raise TroubleError(symptom, f"{late.after.hex()}h behind the slot byte")
     for number, (block, data) in enumerate(zip(plan.blocks, plan.packets, strict=True)):
         state.begun = True
         reply = yield from exchange(data, 1, PACKET_MS)
-        _judge(reply[0], block)
+        _judge(reply[0], block, state)
         yield Progress(number + 1, len(plan.packets), state.attempt)
     heard = yield Hear(TAIL_MS)
     if heard.after and heard.after[0] in (TAKEN, BROKEN, WORN):
@@ -109,31 +118,36 @@ def _send(plan: Plan, state: State) -> Conversation[Module]:
     return module
 
 
-def _judge(reply: int, block: int) -> None:
+def _judge(reply: int, block: int, state: State) -> None:
     where = f"block {block} (bytes {block * BLOCK_BYTES} to {(block + 1) * BLOCK_BYTES - 1})"
     if reply == BROKEN:
         raise TroubleError(Symptom.REFUSED, where)
     if reply == WORN:
-        raise TroubleError(Symptom.WORN, where, final=True)
+        # Nothing protects the acknowledgement itself, so one alone may be a bit of noise.
+        again = block in state.worn
+        state.worn.add(block)
+        raise TroubleError(Symptom.WORN, where, final=again)
     if reply != TAKEN:
         raise TroubleError(Symptom.WRONG_ANSWER, f"{reply:02x}h for {where}")
-
-
-def _silence(wait_ms: int) -> Conversation[None]:
-    heard = yield Hear(wait_ms)
-    if heard.after:
-        raise TroubleError(Symptom.STRAY, f"{heard.after.hex()}h")
 
 
 def _start() -> Conversation[bool]:
     """End the loader, and make sure that the program runs.
 
     The program may talk over the echo, so nothing that comes is an error any more.
+
+    Raises:
+        TroubleError: nothing comes at all, not even an echo.
     """
-    heard = yield Say(bytes((SIGN_OFF,)), 0, REPLY_MS)
-    if heard.before or heard.after not in (b"", bytes((SIGN_OFF,))):
-        return True
-    if (yield Hear(START_MS)).after:
-        return True
+    sign_off = bytes((SIGN_OFF,))
+    for _ in range(SIGN_OFFS):
+        heard = yield Say(sign_off, 0, REPLY_MS)
+        if heard.before or heard.after not in (b"", sign_off):
+            return True
+        if (yield Hear(START_MS)).after:
+            return True
+        if heard.after:
+            yield Restart()
+            return False
     yield Restart()
-    return False
+    raise TroubleError(Symptom.FELL_SILENT, f"no echo of {sign_off.hex()}h", final=True)

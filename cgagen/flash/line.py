@@ -33,7 +33,7 @@ SETTLE_ROUNDS = 3
 BYTE_S = 10 / 9600
 """Ref: S2 p. 419: 9600 baud, 8N1, on all models known here."""
 
-BABBLE_BYTES = 4_096
+BABBLE_BYTES = 64
 """The most that is read before anything is said. Choice: a bound."""
 
 LOST = (OSError, ValueError, termios.error)

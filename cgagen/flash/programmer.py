@@ -96,7 +96,8 @@ def program(line: Line, port_name: str, plan: Plan, progress: Tell | None = None
     except TroubleError as trouble:
         if not state.begun:
             restart(line)
-        raise _error(state)(sentence_of(trouble, port_name, wanted, state.begun)) from trouble
+        half = state.begun and not state.complete
+        raise _error(state)(sentence_of(trouble, port_name, wanted, half)) from trouble
     except LOST as error:
         raise _lost(port_name, state, error) from error
     except KeyboardInterrupt as stop:

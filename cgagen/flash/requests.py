@@ -89,6 +89,7 @@ class Symptom(Enum):
     WRONG_MODEL = "another module"
     REFUSED = "the chip reports a broken packet"
     WORN = "the chip's EEPROM does not take the bytes"
+    FELL_SILENT = "nothing comes back after the last acknowledgement"
 
 
 class TroubleError(Exception):

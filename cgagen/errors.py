@@ -14,6 +14,7 @@
      +-- BenchError         3   a bench file that says something that cannot be
      |    +-- ContentionError   two drivers hold one wire at different levels
      +-- TraceError         3   a trace that cannot be read, or is not of this robot
+     +-- SymbolError        3   a name that a program does not have
      +-- ExecutionError     3   a program that does what no document says what it does
      +-- StorageError       3   the disk refused to take what was written to it
      +-- ToolchainError     4   no Node, no tokenizer, a wrong hash, a worker that died
@@ -100,6 +101,12 @@ class ContentionError(BenchError):
 
 class TraceError(CgagenError):
     """A trace that is malformed, cut, out of order or of another robot: file, line, what."""
+
+    exit_code = 3
+
+
+class SymbolError(CgagenError):
+    """A variable, pin, label or DATA that a program does not have; the nearest names."""
 
     exit_code = 3
 

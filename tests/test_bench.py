@@ -544,7 +544,7 @@ def test_sources_are_compiled_before_the_emulator_sees_them(
     both = HEAD + '[chip.main]\nmodel = "BS2p"\nimage = "a.bin"\nsource = "a.bsp"\n'
     with pytest.raises(BenchError, match=r"\[chip.main\] source: compiles to other bytes"):
         parse_bench(both, "b", tmp_path, compiled)  # type: ignore[arg-type]
-    assert parse_bench(both, "b", tmp_path).programs["main"] == {}
+    assert parse_bench(both, "b", tmp_path).programs == {}
     with pytest.raises(BenchError, match=r"model: BS2, but the source is for a BS2p"):
         parse_bench(both.replace("BS2p", "BS2"), "b", tmp_path, compiled)  # type: ignore[arg-type]
     (tmp_path / "a.bsp").write_text("' {$STAMP BS2p}\nHIGH\n")

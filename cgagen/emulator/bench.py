@@ -36,7 +36,6 @@ class Bench:
         chips: by name.
         parts: by name.
         wires: those with a name of their own.
-        programs: what is known of the sources that run, by chip and slot; for lines.
         floated: pins that were read while nobody drove or pulled them, such as "main.P7".
         on_floating: told each of them when it happens.
 
@@ -52,11 +51,15 @@ class Bench:
         self.chips: dict[str, Chip] = {}
         self.parts: dict[str, Part] = {}
         self.wires: dict[str, Wire] = {}
-        self.programs: dict[str, dict[int, Compiled]] = {}
         self.floated: list[str] = []
         self.on_floating: Callable[[str], None] = _nothing
         self._ends: dict[str, Wire] = {}
         self._on: dict[str, str] = {}
+
+    @property
+    def programs(self) -> dict[str, dict[int, Compiled]]:
+        """What is known of the sources that run, by chip and slot."""
+        return {name: chip.programs for name, chip in self.chips.items() if chip.programs}
 
     def add_chip(self, chip: Chip) -> Chip:
         """Put a chip on the bench, by its own name.
@@ -166,6 +169,11 @@ class Bench:
             BenchError: there is none of that name.
         """
         return _found(self.chips, name, "chip")
+
+    def variable(self, name: str) -> int:
+        """Return a variable of a chip's program, such as "main.count"; see `Chip.variable`."""
+        owner, _, variable = name.partition(".")
+        return self.chip(owner).variable(variable)
 
     def part(self, name: str, kind: type[PartT]) -> PartT:
         """Return a part of a kind, for example `part("front", Ping)`.

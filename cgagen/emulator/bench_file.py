@@ -162,7 +162,7 @@ def _put_chip(
     except (BenchError, ImageError) as error:
         raise table.error("image", str(error)) from error
     bench.add_chip(chip)
-    bench.programs[name] = {image.slot: compiled for image, compiled in programs if compiled}
+    chip.programs.update({image.slot: compiled for image, compiled in programs if compiled})
 
 
 def _program(

@@ -1,27 +1,13 @@
-r"""A chip: the machine, its time and its place on the bench.
-
-A program of any kind, run and looked at::
-
-    from cgagen.emulator.chip import Chip
-    from cgagen.emulator.clock import Clock
-    from cgagen.tokenizer import compile_source
-
-    image = compile_source("' {$STAMP BS2}\nHIGH 3\nPAUSE 10\nLOW 3\n").image
-    chip = Chip("demo", [image], Clock())
-    chip.run_until(lambda: chip.pins.latch == 0b1000, limit_ns=1_000_000_000)
-    start = chip.snapshot()             # in the middle of anything
-    chip.run(until_ns=50_000_000)
-    print(chip.ended, chip.instructions, chip.registers["W0"])
-    chip.restore(start)                 # as if nothing had happened since
-"""
+"""A chip: the machine, its time and its place on the bench. `cgagen.emulator` has an example."""
 
 from collections.abc import Callable
 
 from cgagen.emulator.chip_state import ChipState, Coverage, End, Waiting
 from cgagen.emulator.clock import NEVER_NS, Booking
+from cgagen.emulator.named import Named
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.registers import Registers
-from cgagen.emulator.runner import RUN_AHEAD_NS, Runner
+from cgagen.emulator.runner import RUN_AHEAD_NS
 from cgagen.emulator.underway import before_of, put_back, repeated
 from cgagen.errors import BenchError
 from cgagen.stamp.compiled import SourceMap
@@ -31,12 +17,13 @@ __all__ = ["Chip", "ChipState", "Coverage", "End", "Hook", "Waiting"]
 Hook = Callable[["Chip"], None]
 
 
-class Chip(Runner):
+class Chip(Named):
     """One BASIC Stamp on a bench.
 
     Args:
         name: what the bench calls it; its pins are NAME.P0 and so on.
-        images: one for each program slot that is not erased, all for one model.
+        images: one for each program slot that is not erased, all for one model; where it is a
+            compiled source, its names are known.
         clock: the bench's. The chip starts at its present time.
         timing: durations in place of those of the model.
         unknowns: what no document says.
@@ -47,6 +34,7 @@ class Chip(Runner):
 
     Attributes:
         clock: see above.
+        programs: the sources that are known, by slot; see `cgagen.emulator.named`.
         machine: registers, pins, EEPROM and all that is not time.
         local_ns: how far the chip has come. It is ahead of the clock while it touches no pin,
             by `RUN_AHEAD_NS` at most, and never ahead of where `run` stops by more than what
@@ -138,14 +126,30 @@ class Chip(Runner):
             raise BenchError(f"{self.name}: no statement begins on line {line}; name another")
         return self.on_address(bits[0], hook, slot)
 
+    def on_label(self, label: str, hook: Hook, slot: int = 0) -> Callable[[], None]:
+        """Call `hook` whenever what is behind a label is about to begin; returns how to end that.
+
+        Raises:
+            SymbolError: the program in that slot has no such label, or no known source.
+        """
+        return self.on_address(self.symbols(slot).label(label), hook, slot)
+
     def on_instruction(self, hook: Hook) -> Callable[[], None]:
         """Call `hook` before every instruction; returns how to end that. Slower."""
         self._each.append(hook)
         return lambda: self._each.remove(hook)
 
-    def on_pin(self, pin: int, hook: Callable[[int | None], None]) -> Callable[[], None]:
-        """Call `hook` with the level of a pin's wire whenever it changes; None floats."""
-        return self.pins.wires[pin].listen(hook)
+    def on_pin(self, pin: int | str, hook: Callable[[int | None], None]) -> Callable[[], None]:
+        """Call `hook` with the level of a pin's wire whenever it changes; None floats.
+
+        Args:
+            pin: its number, or its name: a PIN of the program, or P3.
+            hook: called; see above.
+
+        Raises:
+            SymbolError: the program has no such pin.
+        """
+        return self.pins.wires[self.pin_number(pin)].listen(hook)
 
     # -- What can be done -------------------------------------------------------------------
 

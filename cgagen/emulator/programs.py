@@ -21,7 +21,7 @@ def bench_of_image(image: Image, compiled: Compiled | None = None) -> Bench:
     """
     bench = _bench([image])
     if compiled is not None:
-        bench.programs[MAIN] = {image.slot: compiled}
+        bench.chips[MAIN].programs[image.slot] = compiled
     return bench
 
 
@@ -36,7 +36,7 @@ def bench_of_sources(sources: Mapping[int, Compiled]) -> Bench:
         ImageError: for a slot that the model does not have.
     """
     bench = _bench([replace(one.image, slot=slot) for slot, one in sources.items()])
-    bench.programs[MAIN] = dict(sources)
+    bench.chips[MAIN].programs.update(sources)
     return bench
 
 

@@ -8,12 +8,12 @@ write to INS does nothing. Ref: choice, both.
 """
 
 from cgagen.emulator.pins import Pins
+from cgagen.stamp.layout import FIRST_VARIABLE, FIXED
+
+__all__ = ["DIRS", "ELEMENTS", "FIRST_VARIABLE", "INS", "OUTS", "WORDS", "Registers", "element_of"]
 
 WORDS = 16
 INS, OUTS, DIRS = range(3)
-FIRST_VARIABLE = 3
-"""The word W0."""
-
 ELEMENTS = {1: 256, 4: 64, 8: 32, 16: 16}
 """How many elements of a size there are. Ref: S3."""
 
@@ -106,22 +106,6 @@ class Registers:
         self.write(*element_of(name), value)
 
 
-_WORD_NAMES = {"INS": 0, "OUTS": 1, "DIRS": 2, **{f"W{n}": n + 3 for n in range(13)}}
-
-
-def _names() -> dict[str, tuple[int, int]]:
-    names = {name: (16, element) for name, element in _WORD_NAMES.items()}
-    names |= {f"B{n}": (8, n + 6) for n in range(26)}
-    for word, base in (("IN", 0), ("OUT", 1), ("DIR", 2)):
-        names |= {f"{word}L": (8, 2 * base), f"{word}H": (8, 2 * base + 1)}
-        names |= {f"{word}{letter}": (4, 4 * base + n) for n, letter in enumerate("ABCD")}
-        names |= {f"{word}{n}": (1, 16 * base + n) for n in range(16)}
-    return names
-
-
-_ELEMENTS_BY_NAME = _names()
-
-
 def element_of(name: str) -> tuple[int, int]:
     """Return size in bits and number of a register with a fixed name, upper or lower case.
 
@@ -131,4 +115,5 @@ def element_of(name: str) -> tuple[int, int]:
     >>> element_of("B3"), element_of("OUTA")
     ((8, 9), (4, 4))
     """
-    return _ELEMENTS_BY_NAME[name.upper()]
+    place = FIXED[name.upper()]
+    return place.size_bits, place.element

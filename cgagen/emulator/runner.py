@@ -21,7 +21,9 @@ from cgagen.emulator.timing import Timing, timing_of
 from cgagen.emulator.underway import UnderWay
 from cgagen.emulator.unknowns import CHOICES, Unknowns
 from cgagen.errors import BenchError, ExecutionError, ImageError
+from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image
+from cgagen.stamp.symbols import Symbols
 
 RUN_AHEAD_NS = 5_000_000
 """How far a chip may be ahead of the bench while it touches no pin. Ref: choice; nothing that can
@@ -34,7 +36,7 @@ class Runner:
     def __init__(
         self,
         name: str,
-        images: Sequence[Image],
+        images: Sequence[Image | Compiled],
         clock: Clock,
         *,
         timing: Timing | None = None,
@@ -42,16 +44,18 @@ class Runner:
         floated: Callable[[int], None] = lambda pin: None,
         compile_after: int | None = 2,
     ) -> None:
-        models = {image.model.name: image.model for image in images}
-        slots = {image.slot: image.eeprom for image in images}
-        if len(models) != 1 or len(slots) != len(images):
+        bare = [one.image if isinstance(one, Compiled) else one for one in images]
+        models = {image.model.name: image.model for image in bare}
+        slots = {image.slot: image.eeprom for image in bare}
+        if len(models) != 1 or len(slots) != len(bare):
             raise BenchError(
                 f"{name}: give one image for each program slot, all for one model, not "
-                f"{len(images)} for {', '.join(models) or 'none'}"
+                f"{len(bare)} for {', '.join(models) or 'none'}"
             )
         (model,) = models.values()
         self.name = name
         self.clock = clock
+        self.programs = {one.image.slot: one for one in images if isinstance(one, Compiled)}
         memory = Memory(model, slots, self._forget)
         self.machine = Machine(
             model, memory, Pins(name, floated), timing or timing_of(model), unknowns
@@ -64,6 +68,7 @@ class Runner:
         self._hooks: dict[tuple[int, int], list[Callable[[Any], None]]] = {}
         self._each: list[Callable[[Any], None]] = []
         self._watch: Callable[[], bool] | None = None
+        self._symbols: dict[int, tuple[Compiled, Symbols]] = {}
         self._timer = Timer(clock, self._proceed)
         self._stop_listening: Callable[[], None] = _nothing
         self._under_way: UnderWay | None = None

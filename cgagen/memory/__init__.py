@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cgagen.errors import BudgetError
-from cgagen.memory.data import DataBlock, data_of
+from cgagen.stamp.data import DataBlock, data_of
 from cgagen.memory.routines import nesting, routines_of
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.compiled import Compiled, VariableCounts
@@ -180,7 +180,7 @@ def report(compiled: Compiled) -> MemoryReport:
     """Return what a compiled program takes of its chip.
 
     Depth of calls and DATA by label are read from the source (`cgagen.memory.routines`,
-    `cgagen.memory.data`), everything else is the tokenizer's.
+    `cgagen.stamp.data`), everything else is the tokenizer's.
     """
     routines = routines_of(compiled)
     return MemoryReport(

@@ -9,7 +9,7 @@ program slot does (RUN, POLLRUN), nor a program that rewrites itself.
 import re
 from dataclasses import dataclass, field
 
-from cgagen.memory.scan import START, Label, Piece, blanked, labels_of, pieces_of
+from cgagen.stamp.scan import START, Label, Piece, blanked, labels_of, pieces_of
 from cgagen.stamp.compiled import Compiled
 
 _ENDS = frozenset({"GOTO", "RETURN", "END", "STOP", "RUN"})

@@ -27,6 +27,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "verify": ("verify", "Compare the programs of both Stamps with the simulator."),
     "compile": ("compile", "Compile any PBASIC source to an EEPROM image."),
     "emulate": ("emulate", "Run any PBASIC program on an emulated Stamp."),
+    "monitor": ("monitor", "Listen to a Stamp, and type to it."),
     "calibrate": ("calibrate", "Turn measurements of a robot into its file."),
     "info": ("info", "Describe a genome, run, robot, build or image."),
     "benchmark": ("benchmark", "Measure speed on this machine, as rates and ratios."),

@@ -1,20 +1,10 @@
-"""A line of telemetry, as PROTOCOL.md has it, read back."""
+"""A line of telemetry as a stimulus and what was decided about it."""
 
-import re
 from typing import NamedTuple
 
-from cgagen.bench_protocol import (
-    ANTENNA_KEYS,
-    COMMAND_KEY,
-    LIGHT_KEYS,
-    SONAR_KEYS,
-    STATE_KEY,
-    TELEMETRY,
-)
+from cgagen import telemetry
 from cgagen.words import Role
 from hil.target import Stimulus
-
-_WORD = re.compile(r"([A-Z]+)(\d+)")
 
 
 class Told(NamedTuple):
@@ -32,16 +22,8 @@ def parse_telemetry(text: str, role: Role) -> Told | None:
     >>> parse_telemetry(":7 F1843 R0 L23125 LL170 LR0 AL1 AR0 S15 C3\r", Role.PREDATOR)[1:]
     (Stimulus(sonars=(1843, 0, 23125), touched=(False, True), lights=(170, 0)), 15, 3)
     """
-    number, _, rest = text.rpartition(TELEMETRY)[2].partition(" ")
-    words = dict(_WORD.findall(rest))
-    lights = LIGHT_KEYS if role is Role.PREDATOR else ()
-    try:
-        left, right = (int(words[key]) for key in ANTENNA_KEYS)
-        stimulus = Stimulus(
-            tuple(int(words[key]) for key in SONAR_KEYS[role]),
-            (left == 0, right == 0),
-            tuple(int(words[key]) for key in lights),
-        )
-        return Told(int(number), stimulus, int(words[STATE_KEY]), int(words[COMMAND_KEY]))
-    except (KeyError, ValueError):
+    said = telemetry.parse_telemetry(text, role)
+    if said is None:
         return None
+    stimulus = Stimulus(said.sonars, said.touched, said.lights)
+    return Told(said.number, stimulus, said.state, said.command)

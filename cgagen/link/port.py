@@ -62,18 +62,19 @@ class PortLock:
             self._file = None
 
 
-def open_port(name: str) -> serial.SerialBase:
+def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
     """Open a port with DTR and RTS off, which leaves a Stamp alone.
 
     Args:
         name: device path or URL of pyserial's.
+        baud: bits per second.
 
     Raises:
         RigError: it cannot be opened.
     """
     try:
         port = serial.serial_for_url(name, do_not_open=True)
-        port.baudrate, port.timeout = BAUD, READ_S
+        port.baudrate, port.timeout = baud, READ_S
         if "://" not in name:
             port.exclusive, port.write_timeout = True, WRITE_S
         with suppress(OSError, ValueError):

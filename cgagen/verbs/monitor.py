@@ -1,0 +1,189 @@
+"""`cgagen monitor`: a DEBUG terminal on a real or emulated Stamp."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import click
+
+from cgagen.errors import FolderError, StorageError
+from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.emulate import TimeType
+
+if TYPE_CHECKING:
+    from cgagen.monitor.decode import Decoder, Line
+
+ATN_S = 0.05
+"""How long DTR is held for a reset. Choice; the manual asks for 2 ms at least."""
+
+_FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+@click.command("monitor")
+@click.option("--port", required=True, metavar="PORT", help="A device, or a URL of pyserial's.")
+@click.option("--baud", type=click.IntRange(300, 230_400), default=9600, show_default=True)
+@click.option("--raw", is_flag=True, help="Bytes as they come, on a terminal, too.")
+@click.option("--timestamps", is_flag=True, help="Seconds since the start before every line.")
+@click.option("--log", type=_FILE, metavar="FILE", help="Write what comes to a file, too.")
+@click.option("--decode", is_flag=True, help="Our firmware's lines in words; --json: as objects.")
+@click.option("--robot", metavar="NAME|FILE", help="With --decode: whose counts they are.")
+@click.option("--input", "text", metavar="TEXT", help="What is typed; - for stdin (default).")
+@click.option("--for", "limit_ns", type=TimeType(), help="Stop after this time.")
+@click.option("--reset", is_flag=True, help="Reset the Stamp first; otherwise it is left alone.")
+@click.option("--force", is_flag=True, help="Overwrite the log.")
+@with_console
+def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
+    """Show what a Stamp sends on its programming port, and send what is typed.
+
+    On a terminal the control codes of DEBUG are rendered; otherwise stdout gets the bytes. The
+    wiring sends back what is typed; that is left out. Ctrl-C, or the end of --for, ends it.
+
+    With --decode, lines of our firmware are shown in words: readings in inches, situations,
+    movements and faults.
+    """
+    from cgagen.link.port import PortLock, open_port
+    from cgagen.monitor import Listener, listen
+    from cgagen.verbs.keyboard import from_stdin, from_text
+
+    if given["robot"] and not given["decode"]:
+        raise click.UsageError("--robot is for --decode; give both")
+    if given["decode"] and (given["raw"] or (given["timestamps"] and console.as_json)):
+        raise click.UsageError("--decode is lines in words; leave out --raw, and --timestamps")
+    began_s = time.monotonic()
+    sinks = [_shown(console, given, lambda: time.monotonic() - began_s)]
+    text = given["text"]
+    more = from_stdin(True, lambda: None) if text in (None, "-") else from_text(text)
+    lock = PortLock(port)
+    lock.take()
+    try:
+        with _log(given["log"], given["force"]) as file:
+            sinks += [file.write] if file else []
+            wire = open_port(port, given["baud"])
+            try:
+                if given["reset"]:
+                    _reset(port, wire)
+                listener = Listener(port, wire, sinks, console.note)
+                limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
+                listen(
+                    listener,
+                    lambda: more(False),
+                    lambda: limit_s is None or time.monotonic() - began_s < limit_s,
+                )
+            except KeyboardInterrupt:
+                console.note("")
+            finally:
+                wire.close()
+    finally:
+        lock.release()
+    console.note(f"{port}: {listener.received} bytes in {time.monotonic() - began_s:.1f} s")
+
+
+def _shown(
+    console: Console, given: dict[str, Any], now_s: Callable[[], float]
+) -> Callable[[bytes], Any]:
+    """Return what puts the chip's bytes on stdout."""
+    if given["decode"]:
+        return _decoded(console, given, now_s)
+    if given["raw"] or not (sys.stdout.isatty() or given["timestamps"]):
+        stream = sys.stdout.buffer
+
+        def raw(data: bytes) -> None:
+            stream.write(data)
+            stream.flush()
+
+        return raw
+    if given["timestamps"]:
+        return _stamped(now_s)
+    from cgagen.emulator.screen import Screen
+
+    screen = Screen()
+
+    def rendered(data: bytes) -> None:
+        sys.stdout.write(screen.shown(data))
+        sys.stdout.flush()
+
+    return rendered
+
+
+def _stamped(now_s: Callable[[], float]) -> Callable[[bytes], None]:
+    """Return what writes lines, each with the time of its first byte."""
+    begun = False
+
+    def write(data: bytes) -> None:
+        nonlocal begun
+        for one in data.decode("cp1252", "replace"):
+            if one == "\r":
+                click.echo("" if begun else f"[{now_s():9.3f}]")
+                begun = False
+            elif one.isprintable():
+                click.echo(one if begun else f"[{now_s():9.3f}] {one}", nl=False)
+                begun = True
+        sys.stdout.flush()
+
+    return write
+
+
+def _decoded(
+    console: Console, given: dict[str, Any], now_s: Callable[[], float]
+) -> Callable[[bytes], None]:
+    from cgagen.monitor import Decoder
+    from cgagen.robot import load_robot
+
+    decoder = Decoder(load_robot(given["robot"] or "servobot-predator"))
+
+    def write(data: bytes) -> None:
+        for one in list(decoder.lines(data)):
+            line = one if given["robot"] else _followed(decoder, one)
+            stamp = f"[{now_s():9.3f}] " if given["timestamps"] else ""
+            console.result(line.data, stamp + line.text)
+            sys.stdout.flush()
+
+    return write
+
+
+def _followed(decoder: "Decoder", line: "Line") -> "Line":
+    """Read the lines of a robot that ships as that robot's, once it has said which it is.
+
+    A robot that has been walking for long says no banner, but its telemetry tells its role.
+    """
+    from cgagen.bench_protocol import END
+    from cgagen.robot import load_robot, shipped
+    from cgagen.telemetry import role_in
+
+    if line.data["kind"] == "banner" and line.data["robot"] in shipped("robot"):
+        decoder.robot = load_robot(line.data["robot"])
+    elif line.data["kind"] == "text" and (role := role_in(line.data["text"])):
+        decoder.robot = load_robot(f"servobot-{role}")
+        return next(decoder.lines((line.data["text"] + END).encode()), line)
+    return line
+
+
+def _reset(name: str, wire: Any) -> None:
+    from cgagen.errors import RigError
+
+    try:
+        wire.dtr = True
+        time.sleep(ATN_S)
+        wire.dtr = False
+    except OSError as error:
+        raise RigError(f"{name}: has no DTR to reset the Stamp with; reset it by hand") from error
+
+
+@contextmanager
+def _log(path: Path | None, force: bool) -> Iterator[BinaryIO | None]:
+    """Open a log that is whole up to the last byte, whatever ends the session."""
+    if path is None:
+        yield None
+        return
+    try:
+        with path.open("wb" if force else "xb", buffering=0) as file:
+            yield file
+    except FileExistsError as error:
+        raise FolderError(f"{path}: is there already; choose another, or give --force") from error
+    except OSError as error:
+        raise StorageError(
+            f"{path}: cannot be written ({error.strerror}); choose another"
+        ) from error

@@ -299,14 +299,19 @@ def _idle(trial: LegsTrial) -> None:
 def _bench(trial: LegsTrial, image: Image) -> None:
     _said(trial, "?Hab", "!Hab")
     want(trial.holds, "handshake", "lets the step line go in bench mode")
-    for request, command in (("?M0a", 0), ("?M0a", None), ("?M7b", 7)):
+    for request, command in (("?M0a", 0), ("?M0a", None), ("?M0a", None), ("?M7b", 7)):
         _bench_movement(trial, request, command)
     for request in ("?M8b", "?M/x", "?Zab", "?D/0", "?D0p", "?D10", "?Qab"):
         _said(trial, request, f"!E{request[2:]}")
-    _said(trial, "?Hcd", "!Hcd")
+    _bench_movement(trial, "?M7b", None)
     _bench_dump(trial, image)
+    _bench_movement(trial, "?M7b", None)
+    _said(trial, "?Hcd", "!Hcd")
+    _bench_movement(trial, "?M7b", 7)
     _said(trial, "?C99", "!C99")
     trial.rest = standing(trial.robot)
+    trial.go_on(100)
+    _bench_movement(trial, "?M7b", None)
     began_ns = trial.now_ns
     trial.go_on(100)
     want(set(trial.frames(began_ns, "gait")) == {trial.rest}, "bench", "does not centre")

@@ -78,6 +78,7 @@ def test_a_movement_is_made_once_however_often_it_is_asked_for() -> None:
         (["?M3a"], ">!M3a\r>", 46),
         (["?M3a", "?M3a"], ">!M3a\r>!M3a\r>", 0),
         (["?M3b", "?M1c"], ">!M3b\r>!M1c\r>", 46 + 32),
+        (["?M1c", "?H00", "?M1c"], ">!M1c\r>!H00\r>!M1c\r>", 32),
         (["?M8d", "?M/e"], ">!E8d\r>!E/e\r>", 0),
         (["?C00"], ">!C00\r>", 0),
     ):

@@ -1,6 +1,7 @@
 """The programmer against a fake Stamp written from the documents, with every fault everywhere."""
 
 import random
+from functools import cache
 
 import pytest
 
@@ -20,6 +21,7 @@ LONGEST_S = 30.0
 """No try may take longer, in the line's own time."""
 
 
+@cache
 def image_of(model: str, blocks: tuple[int, ...] = (0, 126, 127), slot: int = 0) -> Image:
     """An image whose marked blocks hold chance; a packet with checksum 00 is among them."""
     chance = random.Random(model)
@@ -35,17 +37,20 @@ def image_of(model: str, blocks: tuple[int, ...] = (0, 126, 127), slot: int = 0)
     return Image(chip(model), bytes(eeprom), bytes(flags), slot)
 
 
+planned = cache(plan_of)
+
+
 def of(name: str) -> str:
     """The model of a module."""
     return name.removesuffix("24").removesuffix("40")
 
 
 def flash(port: FakePort, image: Image) -> FlashReport:
-    return program(Line(port, port.clock), "/dev/fake", plan_of(image))
+    return program(Line(port, port.clock), "/dev/fake", planned(image))
 
 
 def holds(stamp: FakeChip, image: Image) -> bool:
-    plan = plan_of(image)
+    plan = planned(image)
     eeprom = stamp.slots[image.slot]
     return all(
         eeprom[n * 16 : n * 16 + 16] == image.eeprom[n * 16 : n * 16 + 16] for n in plan.blocks
@@ -77,11 +82,11 @@ def test_the_bytes_on_the_line_are_those_of_the_documents() -> None:
     port = FakePort(FakeChip("BS2"), SimClock())
     image = image_of("BS2")
     flash(port, image)
-    assert bytes(port.sent) == b"BS2\0" + b"".join(plan_of(image).packets) + b"\0"
+    assert bytes(port.sent) == b"BS2\0" + b"".join(planned(image).packets) + b"\0"
     port = FakePort(FakeChip("BS2p24"), SimClock())
     image = image_of("BS2p", slot=5)
     flash(port, image)
-    assert bytes(port.sent) == b"P\x05" + b"".join(plan_of(image).packets) + b"\0"
+    assert bytes(port.sent) == b"P\x05" + b"".join(planned(image).packets) + b"\0"
 
 
 @pytest.mark.parametrize("slot", range(8))
@@ -106,7 +111,7 @@ def test_an_image_without_flags_is_sent_whole() -> None:
 def test_progress_comes_with_every_packet() -> None:
     port = FakePort(FakeChip("BS2"), SimClock())
     told: list[Progress] = []
-    program(Line(port, port.clock), "x", plan_of(image_of("BS2")), told.append)
+    program(Line(port, port.clock), "x", planned(image_of("BS2")), told.append)
     assert told == [Progress(1, 3, 1), Progress(2, 3, 1), Progress(3, 3, 1)]
 
 
@@ -248,7 +253,7 @@ def test_one_attempt_alone_notices_every_fault_of_the_packets(name: str, kind: K
         port = FakePort(FakeChip(name), SimClock(), (Fault(kind, position),))
         noticed = True
         try:
-            Line(port, port.clock).converse(download(plan_of(image), State(), attempts=1))
+            Line(port, port.clock).converse(download(planned(image), State(), attempts=1))
             noticed = False
         except TroubleError:
             pass
@@ -268,7 +273,7 @@ def test_attempts_are_bounded() -> None:
     port = FakePort(stamp, SimClock(), (Fault(Kind.FLIPPED, 30, 45),))
     state = State()
     with pytest.raises(TroubleError):
-        Line(port, port.clock).converse(download(plan_of(image_of("BS2")), state))
+        Line(port, port.clock).converse(download(planned(image_of("BS2")), state))
     assert state.attempt == ATTEMPTS
 
 
@@ -293,7 +298,7 @@ def test_ctrl_c_in_the_middle_says_what_the_chip_holds() -> None:
 
     port = FakePort(FakeChip("BS2"), SimClock())
     with pytest.raises(FlashError, match="stopped in the middle; the chip holds half"):
-        program(Line(port, port.clock), "x", plan_of(image_of("BS2")), stop)
+        program(Line(port, port.clock), "x", planned(image_of("BS2")), stop)
 
 
 # -- What would be sent -----------------------------------------------------------------------

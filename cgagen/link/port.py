@@ -12,6 +12,7 @@ import serial
 from cgagen.bench_protocol import BAUD
 from cgagen.errors import RigError
 from cgagen.files import digest
+from cgagen.link.why import why_closed
 
 READ_S = 0.05
 """How long one read waits. Choice."""
@@ -81,7 +82,5 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
             port.dtr, port.rts = False, False
         port.open()
     except (OSError, ValueError, serial.SerialException) as error:
-        raise RigError(
-            f"{name}: cannot be opened ({error}); look at the cable and the name"
-        ) from error
+        raise RigError(f"{name}: cannot be opened: {why_closed(name, error)}") from error
     return port

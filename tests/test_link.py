@@ -1,0 +1,140 @@
+"""Ports by name, why one does not open, and who has it."""
+
+import errno
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import serial
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
+
+from cgagen.errors import RigError
+from cgagen.link import why
+from cgagen.link.port import PortLock, open_port
+from cgagen.link.ports import PortInfo, all_ports, choose_port
+
+ONE = PortInfo("/dev/ttyUSB0", 0x0403, 0x6001, "A1", "FT232R")
+TWO = PortInfo("/dev/ttyUSB1", 0x0403, 0x6001, "B2")
+BOARD = PortInfo("/dev/ttyS0")
+
+
+def usb(device: str, number: str | None) -> ListPortInfo:
+    port = ListPortInfo(device)
+    if number:
+        port.vid, port.pid, port.serial_number, port.product = 0x0403, 0x6001, number, "FT232R"
+    return port
+
+
+def test_ports_on_usb_come_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = [usb("/dev/ttyS0", None), usb("/dev/ttyUSB1", "B2"), usb("/dev/ttyUSB0", "A1")]
+    monkeypatch.setattr(list_ports, "comports", lambda: found)
+    assert [port.device for port in all_ports()] == ["/dev/ttyUSB0", "/dev/ttyUSB1", "/dev/ttyS0"]
+    assert all_ports()[2] == BOARD
+    assert all_ports()[0] == ONE
+
+
+def test_auto_is_the_only_one_on_usb() -> None:
+    assert choose_port("auto", ports=[BOARD, ONE]) == "/dev/ttyUSB0"
+    assert choose_port("auto", ports=[BOARD]) == "/dev/ttyS0"
+
+
+def test_auto_is_the_only_one_that_answers() -> None:
+    assert choose_port("auto", lambda name: name == TWO.device, [ONE, TWO]) == TWO.device
+    with pytest.raises(RigError, match="auto: more than one port answers"):
+        choose_port("auto", lambda name: True, [ONE, TWO])
+    with pytest.raises(RigError, match=r"auto: no port answers; the ports are /dev/ttyUSB0 \(0403"):
+        choose_port("auto", lambda name: False, [ONE, TWO])
+
+
+def test_what_cannot_be_chosen_is_a_sentence() -> None:
+    with pytest.raises(RigError, match=r"more than one port could be meant \(/dev/ttyUSB0, /dev"):
+        choose_port("auto", ports=[ONE, TWO])
+    with pytest.raises(RigError, match="no serial port: plug the adapter in"):
+        choose_port("auto", ports=[])
+    with pytest.raises(RigError, match="id:C3: no adapter has this serial number; the ports"):
+        choose_port("id:C3", ports=[ONE, TWO])
+    with pytest.raises(RigError, match="id:A1: 2 adapters have"):
+        choose_port("id:A1", ports=[ONE, ONE])
+    with pytest.raises(RigError, match="id:: no adapter has"):
+        choose_port("id:", ports=[BOARD])
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (errno.ENOENT, "it is not there"),
+        (errno.EACCES, "you may not; ask"),
+        (errno.EBUSY, "another program has it open"),
+        (errno.EAGAIN, "another program has it open"),
+        (errno.ENOTTY, "it is no serial port"),
+        (errno.EIO, "hm; look at the cable"),
+    ],
+)
+def test_every_reason_has_its_words(number: int, words: str) -> None:
+    assert why.why_closed("/dev/nothing", OSError(number, "hm")).startswith(words)
+
+
+def test_the_group_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(why, "group_of", lambda name: "dialout")
+    text = why.why_closed("/dev/ttyUSB0", OSError(errno.EACCES, ""))
+    assert "sudo usermod -aG dialout $USER" in text
+
+
+def test_a_port_that_is_none(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("no port", "utf-8")
+    with pytest.raises(RigError, match="file: cannot be opened: it is no serial port"):
+        open_port(str(file))
+    with pytest.raises(RigError, match="it is not there; look at the cable"):
+        open_port(str(tmp_path / "none"))
+    with pytest.raises(
+        RigError, match=r"rfc2217://127.0.0.1:1: cannot be opened: .*is the other side"
+    ):
+        open_port("rfc2217://127.0.0.1:1")
+
+
+def test_two_sessions_on_one_port(tmp_path: Path) -> None:
+    """Its second name is no way round the lock."""
+    device, link = tmp_path / "ttyUSB0", tmp_path / "robot"
+    device.touch()
+    link.symlink_to(device)
+    first, second = PortLock(str(device)), PortLock(str(link))
+    first.take()
+    with pytest.raises(RigError, match="another session of cgagen has this port"):
+        second.take()
+    first.release()
+    second.take()
+    second.release()
+
+
+def test_a_port_that_another_program_has_open() -> None:
+    """That program is named where it is one's own."""
+    master, slave = pty.openpty()
+    name = os.ttyname(slave)
+    code = (
+        "import serial, sys; port = serial.Serial(sys.argv[1], exclusive=True); "
+        "print('open', flush=True); sys.stdin.read()"
+    )
+    other = subprocess.Popen(
+        [sys.executable, "-c", code, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    try:
+        assert other.stdout is not None
+        assert other.stdout.readline() == b"open\n"
+        with pytest.raises(RigError, match=rf"another program has it open .*process {other.pid}"):
+            open_port(name)
+    finally:
+        other.communicate()
+        os.close(master)
+        os.close(slave)
+
+
+def test_pyserial_says_why_in_numbers() -> None:
+    """The words above hang on it."""
+    with pytest.raises(serial.SerialException) as met:
+        serial.Serial("/dev/there-is-no-such-port")
+    assert met.value.errno == errno.ENOENT

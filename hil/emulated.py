@@ -5,6 +5,7 @@ and its command is read from the wires when it says GO. `hil.registers` is the f
 """
 
 import tempfile
+from collections.abc import Sequence
 from itertools import count
 from pathlib import Path
 from types import TracebackType
@@ -14,12 +15,13 @@ from cgagen.build.bench import bench_text
 from cgagen.emulator.bench import Bench, BenchState
 from cgagen.emulator.bench_file import parse_bench
 from cgagen.emulator.parts.photocell import Photocell
-from cgagen.emulator.parts.sonar import Answer, Sonar, middle_ns
+from cgagen.emulator.parts.sonar import Sonar, middle_ns
 from cgagen.emulator.parts.whisker import Whisker
 from cgagen.errors import CgagenError, MismatchError, RigError, TargetTimeout
 from cgagen.robot import Robot
 from cgagen.stamp.image import Image
 from hil.benches import show
+from hil.forced import Forced
 from hil.subject import CHIPS, Subject
 from hil.target import (
     COUNTS,
@@ -31,7 +33,7 @@ from hil.target import (
     Observation,
     Stimulus,
 )
-from hil.telemetry import parse_telemetry
+from hil.telemetry import Told, parse_telemetry
 
 MOST_SONAR_COUNTS = 65_534
 """The longest echo that PULSIN can measure; 65,535 reaches the classifier as registers only."""
@@ -44,21 +46,6 @@ DECISION_LIMIT_NS = 3_000_000_000
 
 LEAD_NS = 1_000_000
 """How long before the first trigger the sensors are set."""
-
-
-class Forced:
-    """Makes a sonar answer with just the count that is wanted, or not at all.
-
-    Attributes:
-        width_ns: of the echo; None for no echo.
-    """
-
-    def __init__(self) -> None:
-        self.width_ns: int | None = None
-
-    def spoil(self, answer: Answer) -> Answer | None:
-        """Return the wanted answer."""
-        return None if self.width_ns is None else answer._replace(width_ns=self.width_ns)
 
 
 def robot_bench(robot: Robot, images: dict[str, Image]) -> Bench:
@@ -147,6 +134,20 @@ class PinsTarget:
             MismatchError: its wires say another command than its telemetry.
         """
         self.present(stimulus)
+        seen = self.look()
+        if seen is None:
+            raise TargetTimeout(
+                f"{self.subject.where}: no decision in {DECISION_LIMIT_NS // 1_000_000} ms of the "
+                f"robot's time for the reading {stimulus.text()}; it hangs there"
+            )
+        return self._observed(*seen)
+
+    def look(self) -> tuple[int, int] | None:
+        """Let the robot decide on what has been presented.
+
+        Returns:
+            Its command and the ns that it took, to GO; None where it does not decide.
+        """
         bench = self.bench
         self._line.clear()
         self._go = None
@@ -154,28 +155,42 @@ class PinsTarget:
         began_ns = bench.clock.now_ns + LEAD_NS
         bench.run(began_ns + DECISION_LIMIT_NS)
         if not self._done or self._go is None:
-            raise TargetTimeout(
-                f"{self.subject.where}: no decision in {DECISION_LIMIT_NS // 1_000_000} ms of the "
-                f"robot's time for the reading {stimulus.text()}; it hangs there"
-            )
+            return None
         command, go_ns = self._go
-        return self._observed(command, go_ns - began_ns)
+        return command, go_ns - began_ns
+
+    def told(self) -> Told | None:
+        """Return what the robot's telemetry says of its last look; None where it says nothing."""
+        return parse_telemetry(self.said, self.subject.role)
 
     def present(self, stimulus: Stimulus) -> None:
         """Go back to the moment before the first look, with this in front of the sensors."""
+        main = self.subject.robot.main
+        self.present_ns(
+            [middle_ns(one, main.pulsin_unit_ns) if one else None for one in stimulus.sonars],
+            stimulus.touched,
+            [middle_ns(one, main.rctime_unit_ns) if one else None for one in stimulus.lights],
+        )
+
+    def present_ns(
+        self,
+        echoes_ns: Sequence[int | None],
+        touched: Sequence[bool],
+        drains_ns: Sequence[int | None],
+    ) -> None:
+        """Likewise, with echoes and RC times as they are; None for no echo, and for dark."""
         if self._ready is None:
             raise RigError("the emulated robot is not open; open it first")
         self.bench.restore(self._ready)
-        main = self.subject.robot.main
-        for forced, one in zip(self._forced, stimulus.sonars, strict=True):
-            forced.width_ns = middle_ns(one, main.pulsin_unit_ns) if one else None
-        for whisker, bent in zip(self._whiskers, stimulus.touched, strict=True):
+        for forced, echo_ns in zip(self._forced, echoes_ns, strict=True):
+            forced.width_ns = echo_ns
+        for whisker, bent in zip(self._whiskers, touched, strict=True):
             whisker.touch(bent)
-        for cell, one in zip(self._cells, stimulus.lights, strict=True):
-            cell.drain(middle_ns(one, main.rctime_unit_ns) if one else None)
+        for cell, drain_ns in zip(self._cells, drains_ns, strict=True):
+            cell.drain(drain_ns)
 
     def _observed(self, command: int, latency_ns: int) -> Observation:
-        told = parse_telemetry(self._line.decode("ascii", "replace"), self.subject.role)
+        told = self.told()
         if told is None:
             return Observation(next(self._seq), command, latency_ns=latency_ns)
         if told.command != command:
@@ -184,6 +199,14 @@ class PinsTarget:
                 f"{told.command} for the reading {told.stimulus.text()}"
             )
         return Observation(next(self._seq), command, told.state, told.stimulus, latency_ns)
+
+    def equip(self, bench: Bench) -> None:
+        """Add what else is to be on the bench; called before it is switched on."""
+
+    @property
+    def said(self) -> str:
+        """What has come from the main controller since power-up, or since the last look began."""
+        return self._line.decode("ascii", "replace")
 
     # -- Setting up ---------------------------------------------------------------------------
 
@@ -200,6 +223,7 @@ class PinsTarget:
         self._cells = list(bench.parts_of(Photocell).values())
         self._line, self._go, self._done = bytearray(), None, True
         self._watch()
+        self.equip(bench)
         bench.run(first_ns - LEAD_NS)
         self._ready = bench.snapshot()
 

@@ -29,6 +29,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "emulate": ("emulate", "Run any PBASIC program on an emulated Stamp."),
     "monitor": ("monitor", "Listen to a Stamp, and type to it."),
     "calibrate": ("calibrate", "Turn measurements of a robot into its file."),
+    "trace": ("trace", "Record, convert or show what a robot has sensed."),
     "info": ("info", "Describe a genome, run, robot, build or image."),
     "benchmark": ("benchmark", "Measure speed on this machine, as rates and ratios."),
 }

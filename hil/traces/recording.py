@@ -10,11 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import serial
+from numpy.typing import NDArray
 
 from cgagen.bench_protocol import END, Banner, parse_banner
 from cgagen.counts import NO_ECHO_COUNT, UNLIT_COUNT
 from cgagen.errors import IdentityError, RigError, RobotError, UnprovenError
+from cgagen.genome import Genome
 from cgagen.link.port import PortLock, open_port
 from cgagen.robot import Robot
 from cgagen.words import Role
@@ -25,6 +28,7 @@ from hil.subject import Subject
 from hil.target import IMAGE, Observation, Stimulus, Target
 from hil.telemetry import Told, parse_telemetry
 from hil.traces.values import Origin, Sample, Trace, check_decision, sample_of
+from sim.numbers import WorldNumbers
 
 STEP_NS = 1_000_000_000
 """Between two readings of what has no clock. Choice."""
@@ -95,7 +99,7 @@ def _images(subject: Subject, target: Target) -> dict[str, str]:
 
 
 def episode_readings(
-    genome: Any, numbers: Any, start: Any, steps: int, role: Role
+    genome: Genome, numbers: WorldNumbers, start: NDArray[np.float64], steps: int, role: Role
 ) -> list[Stimulus]:
     """Return what a robot senses in an episode of the simulator, up to the capture.
 
@@ -109,6 +113,27 @@ def episode_readings(
     looks = episode_of(genome, numbers, start, steps).looks
     side = 0 if role is Role.PREDATOR else 1
     return [stimuli_of(row)[side] for row in looks.tolist()]
+
+
+def episode_source(
+    role: Role,
+    poses: dict[str, tuple[float, float, float]],
+    steps: int,
+    genome: Genome,
+    options: dict[str, Any],
+) -> dict[str, Any]:
+    """Return how the readings of an episode came about, for the sidecar.
+
+    Args:
+        role: whose readings.
+        poses: x_units, y_units, heading_deg by robot.
+        steps: at most.
+        genome: the predator's.
+        options: open points of the world that were given.
+    """
+    told = {name: list(pose) for name, pose in poses.items()}
+    row = {"of": str(role), **told, "steps": steps, "genome": genome.digest}
+    return {"episode": row | ({"options": options} if options else {})}
 
 
 def without_decisions(trace: Trace) -> Trace:

@@ -8,12 +8,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from cgagen.genome import load
 from cgagen.robot import load_arena
 from cgagen.words import Role
 from hil.simulated import SimulatedTarget
 from hil.subject import Subject, read_subject
 from hil.target import Stimulus
-from hil.traces.recording import episode_readings, origin_of, record_readings, sweep
+from hil.traces.recording import episode_readings, episode_source, origin_of, record_readings, sweep
 from hil.traces.sidecar import HAND
 from hil.traces.storage import read_trace, write_beside, write_trace
 from hil.traces.values import Trace
@@ -55,13 +56,14 @@ def reference() -> dict[Role, Subject]:
 def recorded(subjects: dict[Role, Subject]) -> dict[str, Trace]:
     """Return all traces that are recorded, by file."""
     predator, prey = subjects[Role.PREDATOR], subjects[Role.PREY]
+    genome = load(FIRMWARE / "reference.genome")
     numbers = world_numbers(predator.robot, prey.robot, load_arena("colony"), Options())
     radii = numbers.predator.radius, numbers.prey.radius
     found = {}
     for name, (role, poses, steps) in EPISODES.items():
         start = start_of(poses["predator"], poses["prey"], numbers.side, radii)
-        readings = episode_readings(predator.genome, numbers, start, steps, role)
-        source = {"episode": {**poses, "steps": steps, "of": str(role)}}
+        readings = episode_readings(genome, numbers, start, steps, role)
+        source = episode_source(role, poses, steps, genome, {})
         found[name] = _simulated(subjects[role], readings, source)
     for name, role in SWEEPS.items():
         found[name] = _simulated(subjects[role], sweep(subjects[role].robot), {"sweep": "sensors"})

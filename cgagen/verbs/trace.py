@@ -1,0 +1,192 @@
+"""`cgagen trace`: record, convert and show what a robot has sensed."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.simulate import FIGURE_7, PoseType
+from cgagen.verbs.trace_record import SIDES, asked, check_record, subject_named
+from cgagen.verbs.world_options import world_options
+
+if TYPE_CHECKING:
+    from cgagen.robot import Robot
+    from hil.traces import Trace
+
+FILE = click.Path(path_type=Path, dir_okay=False)
+LEVELS = ("smoke", "boundary")
+
+
+@click.group("trace")
+def trace_verb() -> None:
+    """Record what a robot has sensed, convert it, and show it.
+
+    A trace is a file of frames of the stimulus rig (candump's .log; .asc, .blf and .trc are read,
+    too) or a table with units in its header (.csv). `cgagen verify GENOME --trace FILE` replays
+    it. Beside a trace lies FILE.json, which says where it comes from, and, for frames, rig.dbc.
+    """
+
+
+@trace_verb.command("record")
+@click.argument("genome", type=FILE, required=False)
+@click.option("-o", "--output", type=FILE, required=True, help="FILE.log or FILE.csv.")
+@click.option("--robot", metavar="NAME|FILE", help="The robot. Default: the genome's.")
+@click.option(
+    "--build",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    metavar="DIR",
+    help="Ask the programs of this build.",
+)
+@click.option(
+    "--target",
+    metavar="URL",
+    default="simulator",
+    show_default=True,
+    help="Who decides: simulator, emulator, serial:PORT, can:INTERFACE/CHANNEL.",
+)
+@click.option("--predator", type=PoseType(), help=f"Where it starts. Default: {FIGURE_7[0]}")
+@click.option("--prey", type=PoseType(), help=f"Where it starts. Default: {FIGURE_7[1]}")
+@click.option("--steps", type=click.IntRange(1, 100_000), help="Of the episode. Default: 100")
+@click.option("--of", "side", type=click.Choice(SIDES), help="Whose readings. Default: predator")
+@click.option("--level", type=click.Choice(LEVELS), help="The readings of a level of verify.")
+@click.option("--seed", type=int, default=1, show_default=True, help="With --level.")
+@click.option("--from", "other", type=FILE, metavar="TRACE", help="The readings of a trace.")
+@click.option("--sweep", is_flag=True, help="Each sensor from near to far, one after the other.")
+@click.option("--port", metavar="PORT", help="Listen to the telemetry of a robot at work.")
+@click.option("--readings", type=click.IntRange(1, 1_000_000), help="With --port: end after these.")
+@click.option(
+    "--for",
+    "limit_s",
+    type=click.FloatRange(0.1, 86_400),
+    default=60.0,
+    show_default=True,
+    help="With --port: end after so many seconds.",
+)
+@click.option("--force", is_flag=True, help="Write over what is there.")
+@world_options
+@with_console
+def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
+    """Record a trace: the readings of an episode, of a level, of a trace, or of a robot at work.
+
+    The readings of an episode come from the simulator, which GENOME hunts in; the default poses
+    are those of the paper's test (figure 7). The target is asked about each of them. The same
+    readings on the same target give the same bytes. With --port nothing is sent and nothing is
+    reset: the robot hunts, and its telemetry is written down with the computer's times.
+    """
+    from hil.traces import write_trace
+    from hil.traces.recording import record_telemetry
+
+    check_record(given)
+    left_out = 0
+    if given["port"]:
+        subject = subject_named(genome, given, "simulator")
+        trace, heard = record_telemetry(
+            subject, given["port"], given["readings"] or 1_000_000, given["limit_s"]
+        )
+        if heard.lost or heard.spoiled:
+            console.note(f"{given['port']}: {heard.lost} lines lost, {heard.spoiled} spoiled")
+    else:
+        subject, trace, left_out = asked(console, genome, given)
+    files = write_trace(given["output"], trace, subject.robot, given["force"])
+    if left_out:
+        console.note(f"{given['target']}: {left_out} readings left out, which it cannot be given")
+    _say(console, trace, subject.robot, files, left_out)
+
+
+@trace_verb.command("convert")
+@click.argument("source", type=FILE)
+@click.argument("output", type=FILE)
+@click.option("--robot", metavar="NAME|FILE", help="Whose it is. Default: what FILE.json says.")
+@click.option("--readings-only", is_flag=True, help="Leave the recorded decisions out.")
+@click.option("--force", is_flag=True, help="Write over what is there.")
+@with_console
+def convert_verb(
+    console: Console,
+    source: Path,
+    output: Path,
+    robot: str | None,
+    readings_only: bool,
+    force: bool,
+) -> None:
+    """Convert SOURCE (.log .log.gz .asc .blf .trc .csv) to OUTPUT (.log or .csv)."""
+    from hil.traces import Origin, read_trace, write_trace
+    from hil.traces.recording import without_decisions
+
+    body = _robot_of(source, robot)
+    trace = read_trace(source, body)
+    if trace.origin is None:
+        kind = "hand" if source.suffix.lower() == ".csv" else "can"
+        origin = Origin(kind, body.name, body.role, body.digest, source={"converted": source.name})
+        trace = replace(trace, origin=origin)
+    if readings_only:
+        trace = without_decisions(trace)
+    _say(console, trace, body, write_trace(output, trace, body, force), 0)
+
+
+@trace_verb.command("show")
+@click.argument("file", type=FILE)
+@click.option("--robot", metavar="NAME|FILE", help="Whose it is. Default: what FILE.json says.")
+@with_console
+def show_verb(console: Console, file: Path, robot: str | None) -> None:
+    """Print the readings of FILE, its situations, movements and times.
+
+    A state in brackets was not recorded: it is what the robot's thresholds make of the reading.
+    """
+    from hil.traces import read_trace
+    from hil.traces.shown import rows_of, table_of
+
+    body = _robot_of(file, robot)
+    trace = read_trace(file, body)
+    data = {**_summary(trace, body), "stale": trace.stale, "rows": rows_of(trace, body)}
+    lines = [table_of(trace, body), "", _words(trace, body)]
+    console.result(data, "\n".join(lines))
+
+
+def _robot_of(file: Path, given: str | None) -> "Robot":
+    """Return the robot of a trace: what was named, or what its sidecar says."""
+    from cgagen.errors import TraceError
+    from cgagen.robot import load_robot, shipped
+    from hil.traces.sidecar import read_origin
+
+    if given:
+        return load_robot(given)
+    if not file.exists():
+        raise TraceError(f"{file}: no such file; name a trace")
+    origin = read_origin(file, str(file))
+    if origin is None:
+        raise TraceError(
+            f"{file}: no {file.name}.json says whose it is; name the robot with --robot"
+        )
+    if origin.robot not in shipped("robot"):
+        raise TraceError(
+            f"{file}: recorded with {origin.robot}, which does not ship with cgagen; "
+            "pass its file with --robot FILE"
+        )
+    return load_robot(origin.robot)
+
+
+def _summary(trace: "Trace", robot: "Robot") -> dict[str, Any]:
+    origin = trace.origin
+    return {
+        "robot": robot.name,
+        "target": origin.target if origin else None,
+        "genome": origin.genome if origin else None,
+        "readings": len(trace.samples),
+        "decisions": sum(one.decided for one in trace.samples),
+    }
+
+
+def _words(trace: "Trace", robot: "Robot") -> str:
+    row = _summary(trace, robot)
+    genome = f", genome {row['genome'][:8]}" if row["genome"] else ""
+    by = f" by {row['target']}" if row["target"] else ""
+    return f"{robot.name}{genome}: {row['readings']} readings, {row['decisions']} decisions{by}"
+
+
+def _say(
+    console: Console, trace: "Trace", robot: "Robot", files: list[Path], left_out: int
+) -> None:
+    data = {**_summary(trace, robot), "left_out": left_out, "files": [str(one) for one in files]}
+    console.result(data, f"{_words(trace, robot)}\nwritten: {', '.join(map(str, files))}")

@@ -1,0 +1,152 @@
+"""What `cgagen trace record` asks for: whose readings, which, and of whom."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.verbs.console import Console
+from cgagen.verbs.simulate import FIGURE_7, PoseType
+from cgagen.verbs.world_options import load_hunter, open_points
+
+if TYPE_CHECKING:
+    from cgagen.robot import Robot
+    from hil.subject import Subject
+    from hil.target import Stimulus
+    from hil.traces import Trace
+
+SIDES = ("predator", "prey")
+
+
+def check_record(given: dict[str, Any]) -> None:
+    """Refuse options that do not go together."""
+    ways = [name for name in ("level", "other", "sweep", "port") if given[name]]
+    names = {"other": "from"}
+    if len(ways) > 1:
+        words = " and ".join(f"--{names.get(name, name)}" for name in ways)
+        raise click.UsageError(f"{words}: both say which readings; give one of them")
+    episode = [name for name in ("predator", "prey", "steps", "side") if given[name]]
+    episode += list(open_points(given))
+    if ways and episode:
+        name = {"side": "of"}.get(episode[0], episode[0].replace("_", "-"))
+        raise click.UsageError(
+            f"--{name} is of an episode, and --{names.get(ways[0], ways[0])} is none; leave one out"
+        )
+    if given["port"] and (given["target"] != "simulator" or given["build"]):
+        raise click.UsageError(
+            "--port listens to a robot that decides by itself; leave out --target and --build"
+        )
+    if given["readings"] and not given["port"]:
+        raise click.UsageError("--readings is for --port; an episode has --steps")
+
+
+def asked(
+    console: Console, genome: Path | None, given: dict[str, Any]
+) -> "tuple[Subject, Trace, int]":
+    """Record from a target that is asked reading by reading."""
+    from cgagen.errors import RigError
+    from hil.targets import make_target
+    from hil.traces.recording import record_readings
+
+    if any(given[name] for name in ("level", "other", "sweep")):
+        subject = subject_named(genome, given, given["target"])
+        stimuli, source = _stimuli(subject, given)
+    else:
+        subject, stimuli, source = _episode(console, genome, given)
+    seed = given["seed"] if given["level"] else None
+    try:
+        target = make_target(given["target"], subject)
+    except RigError as error:
+        raise click.UsageError(f"--target: {error}") from error
+    try:
+        target.open()
+        trace, left_out = record_readings(subject, target, stimuli, source, seed)
+    finally:
+        target.close()
+    return subject, trace, left_out
+
+
+def _stimuli(subject: "Subject", given: dict[str, Any]) -> "tuple[list[Stimulus], dict[str, Any]]":
+    from hil.stimuli import Level, stimuli_of
+    from hil.traces import read_trace
+    from hil.traces.recording import sweep
+
+    robot = subject.robot
+    if given["sweep"]:
+        return sweep(robot), {"sweep": "sensors"}
+    if given["level"]:
+        return stimuli_of(robot, Level(given["level"]), given["seed"]), {"level": given["level"]}
+    trace = read_trace(given["other"], robot)
+    origin = trace.origin
+    return trace.stimuli, dict(origin.source) if origin else {"from": given["other"].name}
+
+
+def _episode(
+    console: Console, genome: Path | None, given: dict[str, Any]
+) -> "tuple[Subject, list[Stimulus], dict[str, Any]]":
+    """Play an episode and return whose readings were wanted, with them."""
+    from cgagen.words import Role
+    from hil.traces.recording import episode_readings, episode_source
+    from sim.numbers import world_numbers
+    from sim.starts import start_of
+
+    if genome is None:
+        raise click.UsageError("an episode needs GENOME; or say --level, --sweep, --from or --port")
+    pose = PoseType()
+    poses = {
+        name: given[name] or pose.convert(default, None, None)
+        for name, default in zip(SIDES, FIGURE_7, strict=True)
+    }
+    loaded, predator, prey, arena, options = load_hunter(
+        genome, given["robot"], given, console.note
+    )
+    numbers = world_numbers(predator, prey, arena, options)
+    radii = (numbers.predator.radius, numbers.prey.radius)
+    start = start_of(poses["predator"], poses["prey"], numbers.side, radii)
+    role = Role(given["side"] or "predator")
+    steps = given["steps"] or 100
+    body = predator if role is Role.PREDATOR else prey
+    subject = _subject_of(
+        body, loaded if role is Role.PREDATOR else None, given, given["target"], str(genome)
+    )
+    source = episode_source(role, poses, steps, loaded, open_points(given))
+    return subject, episode_readings(loaded, numbers, start, steps, role), source
+
+
+def subject_named(genome: Path | None, given: dict[str, Any], target: str) -> "Subject":
+    """Return whose readings and decisions are recorded."""
+    from cgagen.genome import check_interface, load
+    from cgagen.robot import load_robot
+
+    table = load(genome) if genome else None
+    if given["build"]:
+        return _subject_of(None, table, given, target, str(given["build"]))
+    if table is None and given["robot"] is None:
+        raise click.UsageError("give a genome, a build with --build, or a prey with --robot")
+    body = load_robot(given["robot"] or (table.robot if table else ""))
+    if table is not None:
+        check_interface(table, body.name, body.interface, body.digest)
+    elif body.limits is not None:
+        raise click.UsageError(f"{body.name} is a predator and needs GENOME")
+    return _subject_of(body, table, given, target, str(genome or body.name))
+
+
+def _subject_of(
+    body: "Robot | None", table: Any, given: dict[str, Any], target: str, where: str
+) -> "Subject":
+    """Return a subject with its programs, where the target has any use for them."""
+    from hil.subject import Subject, read_subject, subject_of
+
+    if given["build"]:
+        subject = read_subject(given["build"])
+        return replace(subject, robot=body or subject.robot, genome=table or subject.genome)
+    if body is None:
+        raise TypeError("a robot is wanted where no build is")
+    if target == "simulator":
+        return Subject(body, table, {}, {}, {}, where)
+    from cgagen.build import make_build
+    from cgagen.tokenizer import Tokenizer
+
+    with Tokenizer() as tokenizer:
+        return subject_of(make_build(body, table, tokenizer), where)

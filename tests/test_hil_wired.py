@@ -144,6 +144,7 @@ def test_a_chip_that_lives_and_does_not_answer_has_failed(monkeypatch: pytest.Mo
         target.open()
         with pytest.raises(TargetTimeout, match="though the chip is alive"):
             target.decide(Stimulus((1, 2, 3, 4), lights=(0, 0)))
+        monkeypatch.undo()
         trial = compare(one, target, [calibration(one.robot)])
         target.close()
     assert trial.verdict is Verdict.PASS

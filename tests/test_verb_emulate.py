@@ -503,3 +503,36 @@ def cgagen(
         check=False,
         timeout=60,
     )
+
+
+# -- Durations --------------------------------------------------------------------------------
+
+ROUTINES = (
+    BASIC + "GOSUB Walk\nGOSUB Walk\nEND\nWalk:\nPAUSE 20\nGOSUB Stand\nRETURN\nStand:\nRETURN\n"
+)
+
+
+def test_durations_are_a_table_on_stderr(emulate: Emulate, program: Program) -> None:
+    source = program(ROUTINES)
+    code, out, err = emulate(source, "--durations")
+    assert (code, out) == (0, "")
+    rows = [line.split() for line in err.splitlines()]
+    assert rows[0] == ["label", "slot", "reached", "times", "best_us", "mean_us", "worst_us"]
+    assert [row[:4] for row in rows[1:]] == [
+        ["walk", "0", "GOSUB", "2"],
+        ["stand", "0", "GOSUB", "2"],
+    ]
+    assert 20_000 < float(rows[1][4]) == float(rows[1][6]) < 22_000
+    code, _, err = emulate(source, "--durations", "stand")
+    assert (code, len(err.splitlines())) == (0, 2)
+    code, _, err = emulate(source, "--durations=Walk,Run")
+    assert (code, err.count("\n")) == (3, 1)
+    assert "no label Run" in err
+
+
+def test_durations_in_json(emulate: Emulate, program: Program) -> None:
+    code, out, err = emulate(program(ROUTINES), "--json", "--durations=Walk")
+    assert (code, err) == (0, "")
+    (row,) = json.loads(out)["durations"]
+    assert (row["label"], row["called"], row["times"], row["slot"]) == ("walk", True, 2, 0)
+    assert row["best_ns"] == row["mean_ns"] == row["worst_ns"] > 20_000_000

@@ -5,6 +5,7 @@ Looking changes nothing: a pin that floats is not reported, and nothing is read 
 
 from collections.abc import Callable, Iterator
 
+from cgagen.emulator.durations import Durations
 from cgagen.emulator.pins import PINS, Pins
 from cgagen.emulator.registers import DIRS, FIRST_VARIABLE, OUTS, Registers
 from cgagen.emulator.runner import Runner
@@ -109,6 +110,30 @@ class Named(Runner):
         if known is None or known[0] is not compiled:
             known = self._symbols[number] = (compiled, symbols_of(compiled))
         return known[1]
+
+    def durations(self, *labels: str) -> Durations:
+        """Begin to measure how long labelled routines take; slower, and no time is added.
+
+        Args:
+            labels: those wanted; without any, all of all slots whose source is known.
+
+        Raises:
+            SymbolError: there is no such label, or no source is known.
+        """
+        symbols = {slot: self.symbols(slot) for slot in sorted(self.programs)}
+        if not symbols:
+            self.symbols()
+        for label in labels:
+            if not any(label.strip().lower() in names.labels for names in symbols.values()):
+                next(iter(symbols.values())).label(label)
+        found = Durations(symbols, labels)
+
+        def note(_chip: Runner) -> None:
+            found.note(self.machine, self.clock.now_ns)
+
+        self._each.append(note)
+        found.end = lambda: self._each.remove(note)
+        return found
 
     def pin_number(self, pin: int | str) -> int:
         """Return the number of a pin, given by its number or by name: a PIN, a CON, or P3.

@@ -41,6 +41,13 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
 @click.option("--vcd", type=_FILE, metavar="FILE", help="Write all wires as a waveform.")
 @click.option("--trace", type=_FILE, metavar="FILE", help="Write every instruction as CSV.")
 @click.option("--coverage", type=_FILE, metavar="FILE", help="Write LCOV, and FILE.txt to read.")
+@click.option(
+    "--durations",
+    is_flag=False,
+    flag_value="",
+    metavar="[LABELS]",
+    help="Say how long routines take: all, or A,B.  (behind FILE)",
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON result instead of the text.")
 @click.option("--realtime", is_flag=True, help="As fast as the chip; input is not held back.")
 @click.option("--echo", is_flag=True, help="Show input as the board's wiring echoes it.")
@@ -69,6 +76,8 @@ def emulate_verb(console: Console, /, file: Path, **given: Any) -> int:
     if given["coverage"] is not None and chip.name not in bench.programs:
         raise click.UsageError(f"--coverage wants the source of {chip.name}; {file} has only bytes")
     run = EmulateRun(console, bench, chip, given["as_json"] or console.as_json)
+    if given["durations"] is not None:
+        run.durations = chip.durations(*filter(None, given["durations"].split(",")))
     bench.on_floating = run.note_floating
     with recorded(bench, chip, *outputs):
         for word in given["pins"]:

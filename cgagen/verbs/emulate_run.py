@@ -13,6 +13,7 @@ from cgagen.emulator.bench import Bench
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import NEVER_NS
 from cgagen.emulator.conversation import Conversation
+from cgagen.emulator.durations import Durations, durations_text
 from cgagen.emulator.pins import SIN
 from cgagen.emulator.screen import CR, Screen
 from cgagen.emulator.session import Outcome, Why, run_session
@@ -39,6 +40,7 @@ class EmulateRun:
         as_json: text is kept for one result at the end.
         sent: every byte that the chip sent, where one result is wanted.
         last: the last of them in any case.
+        durations: of its routines, where they are wanted.
     """
 
     console: Console
@@ -49,6 +51,7 @@ class EmulateRun:
     def __post_init__(self) -> None:
         self.sent = bytearray()
         self.last = CR
+        self.durations: Durations | None = None
 
     def go(self, given: dict[str, Any]) -> Outcome | None:
         """Run the bench; None where the user stopped it."""
@@ -87,9 +90,13 @@ class EmulateRun:
                 "floating": self.bench.floated,
                 "waits": waits,
             }
+            if self.durations is not None:
+                data["durations"] = [row._asdict() for row in self.durations.rows()]
             Console(as_json=True).result(data, "")
         elif sys.stdout.isatty() and self.last != CR:
             click.echo()
+        if self.durations is not None and not self.as_json:
+            click.echo(durations_text(self.durations.rows()), err=True)
         if waits:
             self.console.note(f"note: {waits}")
         if outcome is None:

@@ -151,9 +151,15 @@ def parse_banner(line: str) -> Banner | None:
     """
     words = line.rpartition(BANNER)[2].split(" ")
     chips = {letter: chip for chip, letter in CHIP_LETTERS.items()}
-    if BANNER not in line or len(words) != 5 or not words[0].isdigit() or words[1] not in chips:
+    if BANNER not in line or len(words) != 5 or not words[0].isdecimal() or words[1] not in chips:
         return None
     return Banner(int(words[0]), chips[words[1]], *words[2:])
+
+
+def banner_in(eeprom: bytes) -> Banner | None:
+    """Return the banner of a program by its image, where it stands first; None for none."""
+    text = eeprom.split(END.encode(), 1)[0]
+    return parse_banner(text.decode("latin-1")) if text.startswith(BANNER.encode()) else None
 
 
 def request_text(letter: Letter, first: str, second: str) -> str:

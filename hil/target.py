@@ -112,14 +112,17 @@ class Target(Protocol):
     """Something that decides.
 
     Attributes:
-        url: what it is called: `simulator`, `emulator`, `serial:PORT`.
+        url: what it is called: `simulator`, `emulator`, `serial:PORT`, `can:INTERFACE:CHANNEL`.
         caps: what it can do; see the words above.
-        stale: answers to earlier questions that came late and were thrown away.
     """
 
     url: str
     caps: frozenset[str]
-    stale: int
+
+    @property
+    def stale(self) -> int:
+        """Answers to earlier questions that came late and were thrown away."""
+        ...
 
     def open(self) -> None:
         """Make it ready. Raises RigError."""

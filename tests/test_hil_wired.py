@@ -7,8 +7,8 @@ import pytest
 
 from cgagen.emulator.bench import Bench
 from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.link import bench_hook
 from cgagen.stamp.image import Image
-from hil import wired
 from hil.emulated import robot_bench
 from hil.equivalence import Verdict, compare
 from hil.pipe import BytePipe
@@ -99,8 +99,8 @@ def test_a_chip_with_other_bytes_is_blocked(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_chip_that_falls_silent_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wired, "ANSWER_S", 0.3)
-    monkeypatch.setattr(wired, "LIFE_S", 0.1)
+    monkeypatch.setattr(bench_hook, "ANSWER_S", 0.3)
+    monkeypatch.setattr(bench_hook, "LIFE_S", 0.1)
     one = subject("prey")
     with Dying(bench(one)) as pipe:
         trial = try_target(one, lambda: WiredTarget(pipe.url, one, gaps=False), [neutral(one)])
@@ -113,7 +113,7 @@ def neutral(one: Subject) -> Stimulus:
 
 
 def test_a_port_where_nobody_answers_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wired, "HELLO_S", 0.2)
+    monkeypatch.setattr(bench_hook, "HELLO_S", 0.2)
     one = subject("predator")
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = f"socket://127.0.0.1:{server.getsockname()[1]}"
@@ -126,7 +126,7 @@ def test_a_port_where_nobody_answers_is_blocked(monkeypatch: pytest.MonkeyPatch)
 def test_a_port_has_one_session_at_a_time() -> None:
     one = subject("predator")
     first, second = WiredTarget("/dev/port-of-a-test", one), None
-    first._lock.take()
+    first.hook._lock.take()
     second = WiredTarget("/dev/port-of-a-test", one)
     with pytest.raises(RigError, match="another session"):
         second.open()
@@ -137,7 +137,7 @@ def test_a_port_has_one_session_at_a_time() -> None:
 
 def test_a_chip_that_lives_and_does_not_answer_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The question is refused for ever: the subject has more sonars than the chip."""
-    monkeypatch.setattr(wired, "ANSWER_S", 1.0)
+    monkeypatch.setattr(bench_hook, "ANSWER_S", 1.0)
     one = subject("predator")
     with BytePipe(bench(one)) as pipe:
         target = WiredTarget(pipe.url, one, gaps=False)

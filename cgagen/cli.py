@@ -14,7 +14,7 @@ import click
 
 from cgagen import __version__
 from cgagen.errors import CgagenError
-from cgagen.verbs.console import Console
+from cgagen.verbs.console import Console, with_json
 
 VERBS: dict[str, tuple[str, str]] = {
     #  verb       module in cgagen.verbs, what `--help` says
@@ -50,7 +50,7 @@ class LazyGroup(click.Group):
         command = getattr(module, f"{cmd_name}_verb")
         if not isinstance(command, click.Command):
             raise TypeError(f"{module.__name__}.{cmd_name}_verb is not a command")
-        return command
+        return with_json(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the verbs without importing them."""

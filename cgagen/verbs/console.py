@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import click
@@ -44,3 +44,29 @@ def with_console(
 ) -> Callable[P, R]:
     """Hand the call's `Console` to a verb as its first argument."""
     return click.pass_obj(function)
+
+
+def with_json(command: click.Command) -> click.Command:
+    """Give a verb, and its own verbs, the global `--json` at its end, too: where one looks first.
+
+    A verb with an option of that name keeps its own.
+    """
+    if isinstance(command, click.Group):
+        for one in command.commands.values():
+            with_json(one)
+    elif not any("--json" in one.opts for one in command.params):
+        command.params.append(
+            click.Option(
+                ["--json"],
+                is_flag=True,
+                expose_value=False,
+                callback=_wants_json,
+                help="The result as JSON on stdout.",
+            )
+        )
+    return command
+
+
+def _wants_json(context: click.Context, _option: click.Parameter, wanted: bool) -> None:
+    if wanted and isinstance(context.obj, Console):
+        context.obj = replace(context.obj, as_json=True)

@@ -23,6 +23,8 @@ for `timeout` seconds. A program that goes astray, as half a download does, stop
 the next reset; what it did is in `faults`.
 """
 
+from collections.abc import Callable
+
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.loader import Atn, Loader, RomLine
 from cgagen.errors import BenchError, CgagenError
@@ -48,6 +50,7 @@ class HostPort:
         timeout: see above.
         rts: has no effect on a Stamp.
         faults: what chips did that ended their programs; the newest last.
+        on_fault: told each of them.
 
     Raises:
         BenchError: no such chip, something else is on its port, or it has a port already.
@@ -70,6 +73,7 @@ class HostPort:
         self.timeout = timeout
         self.rts = False
         self.faults: list[CgagenError] = []
+        self.on_fault: Callable[[CgagenError], None] = _nothing
         self.is_open = True
         self.uart = bench.host(chip)
         self.uart.keeps_errors = True
@@ -176,6 +180,7 @@ class HostPort:
                 self.bench.run(until_ns)
             except CgagenError as error:
                 self.faults.append(error)
+                self.on_fault(error)
                 continue
             return
 
@@ -196,6 +201,10 @@ class HostPort:
     def _reprogrammed(self, slot: int) -> None:
         """The lines of the program that was there say nothing any more."""
         self.bench.programs.get(self.chip.name, {}).pop(slot, None)
+
+
+def _nothing(_error: CgagenError) -> None:
+    pass
 
 
 def _ns(seconds: float) -> int:

@@ -28,16 +28,24 @@ class TimeType(click.ParamType[int]):
 
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
+_PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench CHIP=tcp:0."
 
 
 @click.command("emulate", epilog=TOOLCHAIN)
-@click.argument("file", type=_FILE)
+@click.argument("file", type=_FILE, required=False)
 @click.option("--model", metavar="MODEL", help="The chip of an image that does not say it.")
 @click.option("--chip", "chip_name", metavar="NAME", help="Of a bench: whose text and end.")
 @click.option("--for", "limit_ns", type=TimeType(), help="Stop after this time.  [default: 10s]")
 @click.option("--until-end", is_flag=True, help="Run until END or STOP, however long.")
 @click.option("--input", "text", metavar="TEXT", help="What a user types; - for stdin (default).")
 @click.option("--pin", "pins", metavar="3=1", multiple=True, help="Hold a pin; repeatable.")
+@click.option("--port", "ports", metavar="PLACE", multiple=True, help=_PORT)
+@click.option(
+    "--atn",
+    type=click.Choice(["direct", "capacitor"]),
+    default="direct",
+    help="With --port: what makes a reset of DTR.  [default: direct]",
+)
 @click.option("--vcd", type=_FILE, metavar="FILE", help="Write all wires as a waveform.")
 @click.option("--trace", type=_FILE, metavar="FILE", help="Write every instruction as CSV.")
 @click.option("--coverage", type=_FILE, metavar="FILE", help="Write LCOV, and FILE.txt to read.")
@@ -54,7 +62,7 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
 @click.option("--expect-end", is_flag=True, help="Exit code 9 if there is no END or STOP.")
 @click.option("--force", is_flag=True, help="Write over files that are not emulate's.")
 @with_console
-def emulate_verb(console: Console, /, file: Path, **given: Any) -> int:
+def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
     """Run a PBASIC source, an EEPROM image or a bench file on emulated chips.
 
     What the program sends with DEBUG comes on stdout: control codes rendered on a terminal, raw
@@ -62,9 +70,18 @@ def emulate_verb(console: Console, /, file: Path, **given: Any) -> int:
     it, and the end of a line is CR. Pins that nothing drives read 0, which is said once for each.
 
     Exit code 0 at END or STOP and when the time is over.
+
+    With --port, other programs talk to the chip as to a Stamp on a serial port: they load programs
+    and see what DEBUG says. Without FILE it is an erased chip of that --model.
     """
     if given["limit_ns"] is not None and given["until_end"]:
         raise click.UsageError("--for and --until-end exclude each other; leave one out")
+    if given["ports"]:
+        from cgagen.verbs.emulate_serve import serve_ports
+
+        return serve_ports(console, file, given)
+    if file is None:
+        raise click.UsageError("Missing argument 'FILE'.")
     from cgagen.verbs.emulate_bench import chip_of, hold_pin, load_bench
     from cgagen.verbs.emulate_files import recorded, refuse_strangers
     from cgagen.verbs.emulate_run import EmulateRun

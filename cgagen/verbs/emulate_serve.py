@@ -1,0 +1,118 @@
+"""`cgagen emulate --port`: the chips' programming ports for other programs, until Ctrl-C."""
+
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.chip import Chip
+from cgagen.emulator.clock import NEVER_NS
+from cgagen.emulator.programs import bench_of_image
+from cgagen.stamp.chips import EEPROM_BYTES
+from cgagen.stamp.chips import chip as chip_row
+from cgagen.stamp.image import Image
+from cgagen.verbs.console import Console
+from cgagen.verbs.emulate_bench import chip_of, hold_pin, load_bench
+from cgagen.verbs.emulate_files import recorded, refuse_strangers
+
+if TYPE_CHECKING:
+    from cgagen.serve import Server
+
+_ASTRAY = "; the chip does nothing until its next reset"
+_OF_A_RUN = ("text", "until_end", "echo", "expect_end")
+
+
+def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> int:
+    """Serve until the time is over or Ctrl-C; returns the exit code.
+
+    Args:
+        console: where the addresses go.
+        file: what the chips hold; None for an erased one.
+        given: the options of the verb.
+
+    Raises:
+        RigError: a place says nothing, or somebody else listens there.
+        UsageError: options that exclude each other.
+    """
+    from cgagen.serve import Atn, serve
+
+    _refuse_options_of_a_run(given)
+    outputs = (given["vcd"], given["trace"], given["coverage"])
+    refuse_strangers(file or Path(), *outputs, given["force"])
+    bench = _erased(given["model"]) if file is None else load_bench(console, file, given["model"])
+    chip = chip_of(bench, file or Path(), given["chip_name"])
+    ports = _wanted_ports(bench, chip, given["ports"])
+    with recorded(bench, chip, *outputs), ExitStack() as stack:
+        for word in given["pins"]:
+            hold_pin(bench, chip, word)
+        server = serve(bench, ports, atn=Atn(given["atn"]), realtime=given["realtime"])
+        stack.callback(server.close)
+        for endpoint in server.endpoints:
+            endpoint.port.port.on_fault = lambda error: console.note(f"note: {error}{_ASTRAY}")
+        _tell(console, file, ports, server)
+        try:
+            server.run(given["limit_ns"] or NEVER_NS)
+        except KeyboardInterrupt:
+            console.note(f"stopped at {bench.clock.now_ns / 1e9:.3f} s of the chips' time")
+    return 0
+
+
+def _refuse_options_of_a_run(given: dict[str, Any]) -> None:
+    """Refuse what belongs to a run whose text comes on stdout.
+
+    Raises:
+        UsageError: one of those options is given.
+    """
+    for name in _OF_A_RUN:
+        if given[name]:
+            option = "input" if name == "text" else name.replace("_", "-")
+            raise click.UsageError(f"--port and --{option} exclude each other; leave one out")
+
+
+def _erased(model: str | None) -> Bench:
+    """Return a bench with one chip that holds nothing.
+
+    Raises:
+        UsageError: nobody says which model.
+        ImageError: there is no such model.
+    """
+    if model is None:
+        raise click.UsageError("name a FILE, or the --model of an erased chip to be loaded")
+    return bench_of_image(Image(chip_row(model), bytes(EEPROM_BYTES)))
+
+
+def _wanted_ports(bench: Bench, chip: Chip, words: Sequence[str]) -> dict[str, str]:
+    """Return where each chip is to be served, by name.
+
+    Args:
+        bench: what runs.
+        chip: who is meant where no name is given.
+        words: `PLACE` or `CHIP=PLACE`, such as `tcp:0` and `legs=pty`.
+
+    Raises:
+        BenchError: there is no such chip.
+        UsageError: one chip at two places.
+    """
+    ports: dict[str, str] = {}
+    for word in words:
+        owner, named, place = word.rpartition("=")
+        name = bench.chip(owner).name if named else chip.name
+        if name in ports:
+            raise click.UsageError(f"--port {word}: {name} has one port; name another chip")
+        ports[name] = place
+    return ports
+
+
+def _tell(console: Console, file: Path | None, ports: Iterable[str], server: "Server") -> None:
+    """Say where everything is, before anything happens."""
+    rows, lines = [], []
+    for name, endpoint in zip(ports, server.endpoints, strict=True):
+        rows.append({"chip": name, "url": endpoint.url, "control": endpoint.control})
+        control = f"  DTR and BREAK: {endpoint.control}" if endpoint.control else ""
+        lines.append(f"{name}: {endpoint.url}{control}")
+    data = {"file": None if file is None else str(file), "ports": rows}
+    console.result(data, "\n".join(lines))
+    console.note("(until Ctrl-C; the chips' time begins when a host has come)")

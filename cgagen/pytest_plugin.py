@@ -45,7 +45,7 @@ class HilConfig:
     """What was asked for.
 
     Attributes:
-        targets: URLs: `emulator`, `serial:PORT`.
+        targets: URLs: `emulator`, `serial:PORT`, `can:INTERFACE:CHANNEL`.
         genome: a genome's file, or None for the reference.
         robot: a robot's name or file, or None.
         build: a build folder, or None.
@@ -70,7 +70,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--hil-target",
         action="append",
         metavar="URL",
-        help="emulator (default) or serial:PORT; may be repeated.",
+        help="emulator (default), serial:PORT or can:INTERFACE:CHANNEL; may be repeated.",
     )
     group.addoption("--hil-genome", metavar="FILE", help="Genome to build and try.")
     group.addoption("--hil-robot", metavar="NAME|FILE", help="Robot to build and try.")
@@ -112,7 +112,7 @@ def pytest_runtest_call(item: pytest.Item) -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Leave hardware alone that was not named."""
     if next(item.iter_markers("hil_hardware"), None) and _targets(item.config) == (EMULATOR,):
-        pytest.skip("needs a target on a wire; name one with --hil-target serial:PORT")
+        pytest.skip("needs a target on a wire; name one with --hil-target")
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
@@ -230,6 +230,7 @@ def _report(config: pytest.Config, subject: "Subject", asked: HilConfig, trial: 
         f"level {asked.level}, seed {asked.seed}, image {image}, genome {subject.genome_digest}"
         + (f", {trial.stale} stale" if trial.stale else "")
         + (f", {trial.left_out} left out" if trial.left_out else "")
+        + (f"; {trial.note}" if trial.note else "")
     )
     if trial.verdict == "PASS":
         return

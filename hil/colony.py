@@ -16,7 +16,7 @@ from cgagen.emulator.parts.sonar import Sonar, middle_ns
 from cgagen.emulator.parts.whisker import Whisker
 from cgagen.errors import RigError
 from hil.colony_bench import colony_bench
-from hil.emulated import Forced
+from hil.forced import Forced
 from hil.gait_reader import GaitReader, Reading
 from hil.pursuit_step import pair_of, sensed, walked
 from hil.referee import Referee

@@ -69,6 +69,7 @@ class Trial:
         agreed: by state, how many answers were right.
         left_out: stimuli that the target cannot be given.
         stale: answers to other questions.
+        note: what the target says of itself, such as what it cannot show; "" for nothing.
         findings: the first differences.
         smallest: the smallest of all, made smaller still where that could be.
     """
@@ -80,6 +81,7 @@ class Trial:
     agreed: dict[int, int] = field(default_factory=dict)
     left_out: int = 0
     stale: int = 0
+    note: str = ""
     findings: list[Finding] = field(default_factory=list)
     smallest: Finding | None = None
 
@@ -122,7 +124,7 @@ def compare(
         explain: names lines for the smallest difference.
         heard: told of each answer.
     """
-    trial = Trial(target.url)
+    trial = Trial(target.url, note=getattr(target, "note", ""))
     admits = getattr(target, "admits", None)
     places = [n for n, one in enumerate(stimuli) if admits is None or admits(one)]
     wanted = [stimuli[n] for n in places]

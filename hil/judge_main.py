@@ -28,7 +28,7 @@ from cgagen.emulator.parts.whisker import Whisker
 from cgagen.emulator.routine import Routine
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image
-from hil.emulated import Forced
+from hil.forced import Forced
 from hil.layout import layout_of, line_of_label
 from hil.simulated import SimulatedTarget, commands_by_state
 from hil.stimuli import Level as StimuliLevel

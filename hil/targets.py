@@ -1,6 +1,7 @@
 """From the name of a target to the target."""
 
 from cgagen.errors import RigError
+from hil.canbus import CanTarget
 from hil.emulated import PinsTarget
 from hil.simulated import SimulatedTarget
 from hil.subject import Subject
@@ -12,11 +13,12 @@ def make_target(url: str, subject: Subject) -> Target:
     """Return a target, not yet open.
 
     Args:
-        url: `simulator`, `emulator`, or `serial:PORT` with a device or a URL of pyserial's.
+        url: `simulator`, `emulator`, `serial:PORT` with a device or a URL of pyserial's, or
+            `can:INTERFACE:CHANNEL` with python-can's words, as `hil.rig_url` has it.
         subject: what it is to try.
 
     Raises:
-        RigError: no such kind of target.
+        RigError: no such kind of target, or a malformed name.
     """
     kind, _, rest = url.partition(":")
     if url == "simulator":
@@ -25,4 +27,8 @@ def make_target(url: str, subject: Subject) -> Target:
         return PinsTarget(subject)
     if kind == "serial" and rest:
         return WiredTarget(rest, subject)
-    raise RigError(f"{url}: no such target; say simulator, emulator or serial:PORT")
+    if kind == "can":
+        return CanTarget(url, subject)
+    raise RigError(
+        f"{url}: no such target; say simulator, emulator, serial:PORT or can:INTERFACE:CHANNEL"
+    )

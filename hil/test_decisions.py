@@ -6,8 +6,6 @@ Every test runs for each robot, and those with `hil_target` on each target that 
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import pytest
-
 from cgagen.words import Role, situations_of
 from hil.equivalence import Trial
 from hil.registers import RegisterTarget
@@ -49,7 +47,6 @@ def test_decisions_from_registers(
     assert trial.decisions == len(hil_stimuli)
 
 
-@pytest.mark.hil_needs("state")
 def test_decisions_on_the_target(
     hil_target: Target, hil_subject: Subject, hil_config: Any, hil_check: Check
 ) -> None:

@@ -1,0 +1,53 @@
+"""Readings that are too near to a threshold for a rig whose timers are not exact.
+
+What such a rig presents is some counts longer or shorter than it was told. A reading is clear of
+doubt where no comparison that may decide comes out otherwise within that.
+"""
+
+import itertools
+
+from cgagen.robot import Robot
+from hil.emulated import MOST_SONAR_COUNTS
+from hil.stimuli import light_limits, sonar_limits
+from hil.target import Stimulus
+
+
+def is_clear(robot: Robot, stimulus: Stimulus, guard_counts: int) -> bool:
+    """Say whether a rig that is off by so many counts at most presents what decides alike.
+
+    Args:
+        robot: its thresholds.
+        stimulus: what is wanted. Counts of 0, no echo and dark, are always exact.
+        guard_counts: 0 for a rig that is exact.
+    """
+    lights = light_limits(robot)
+    rows = list(zip(stimulus.sonars, sonar_limits(robot), strict=True))
+    lit = [(count, lights) for count in stimulus.lights]
+    if any(count > MOST_SONAR_COUNTS - guard_counts for count, _ in (*rows, *lit)):
+        return False
+    if guard_counts == 0:
+        return True
+    far_too = robot.limits is None and all(stimulus.touched)  # a prey then asks which is opener
+    return all(_alone(row, guard_counts) for row in (*rows, *lit)) and all(
+        _apart(one, other, guard_counts, far_too)
+        for group in (rows, lit)
+        for one, other in itertools.combinations(group, 2)
+    )
+
+
+_Row = tuple[int, tuple[int, ...]]
+"""A count and its thresholds, rising."""
+
+
+def _alone(row: _Row, guard: int) -> bool:
+    """Say whether a count is clear of all its thresholds."""
+    count, limits = row
+    return count == 0 or not any(count - guard < limit <= count + guard for limit in limits)
+
+
+def _apart(one: _Row, other: _Row, guard: int, far_too: bool) -> bool:
+    """Say whether two counts cannot change places, or none of both can decide by its place."""
+    decides = all(
+        count and (far_too or count < limits[-1] + guard) for count, limits in (one, other)
+    )
+    return not decides or abs(one[0] - other[0]) > 2 * guard

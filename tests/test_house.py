@@ -24,7 +24,6 @@ LONG_FILES: dict[str, str] = {
     "cgagen/robot/reader.py": "one function per table of the robot file; a split would hide a key",
     "cgagen/robot/values.py": "the whole robot as values, a page per part",
     "sim/numbers.py": "the whole world as values, and how each is made",
-    "cgagen/emulator/runner.py": "one loop and what it does between two instructions",
     "hil/dataflow.py": "one abstract machine; its parts share one state",
     "hil/judge_legs.py": "the checks of one program, in the order in which they run",
     "hil/judge_main.py": "likewise; to be divided by what they look at",

@@ -116,6 +116,10 @@ class Clock:
             action()
         return True
 
+    def idle(self, span_ns: int) -> bool:
+        """Return whether `advance` could go so far now."""
+        return self.now_ns + span_ns <= self.limit_ns and self.next_ns() > self.now_ns + span_ns
+
     def advance(self, time_ns: int) -> bool:
         """Go to a time at once, from inside an action, where nobody has anything before it.
 
@@ -123,7 +127,12 @@ class Clock:
         something is booked up to that time, where `run_until` does not go so far, or where it
         is to stop.
         """
-        if time_ns > self.limit_ns or self.stopped or self.next_ns() <= time_ns:
+        if time_ns > self.limit_ns or self.stopped:
+            return False
+        queue = self._queue
+        while queue and queue[0][2].action is None:  # as in `next_ns`: this is asked most of all
+            heapq.heappop(queue)
+        if queue and queue[0][0] <= time_ns:
             return False
         self.now_ns = time_ns
         return True
@@ -135,11 +144,16 @@ class Clock:
         """
         self.stopped = False
         self.limit_ns = time_ns
+        queue = self._queue
         try:
-            while self.next_ns() <= time_ns:
-                self.run_next()
-                if self.stopped:
-                    return
+            while queue and queue[0][0] <= time_ns:
+                now_ns, _, event = heapq.heappop(queue)
+                action, event.action = event.action, None
+                if action is not None:
+                    self.now_ns = now_ns
+                    action()
+                    if self.stopped:
+                        return
         finally:
             self.limit_ns = self.now_ns
         self.now_ns = max(self.now_ns, time_ns)

@@ -79,6 +79,12 @@ class Pins:
         changed, self.directions = self.directions ^ directions, directions
         self._show(changed)
 
+    def invert(self, pin: int) -> None:
+        """Invert the latch of one pin that is an output."""
+        self.latch ^= 1 << pin
+        if self.ghost is None:
+            self.wires[pin].drive(self._names[pin], self.latch >> pin & 1)
+
     def restore(self, latch: int, directions: int) -> None:
         """Set OUTS and DIRS in one step; a wire that is driven so already hears nothing."""
         self.latch, self.directions = latch, directions

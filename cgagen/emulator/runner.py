@@ -9,16 +9,14 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from cgagen.emulator.blocks import COUNT_BITS, block_at
-from cgagen.emulator.chip_state import Coverage, End, Program, Waiting
-from cgagen.emulator.clock import NEVER_NS, Clock, Timer
+from cgagen.emulator.chip_state import Coverage, End, Program
+from cgagen.emulator.clock import NEVER_NS, Clock
+from cgagen.emulator.engaged import Engaged
 from cgagen.emulator.machine import Machine
 from cgagen.emulator.memory import Memory
 from cgagen.emulator.pins import Pins
-from cgagen.emulator.port import Jump, Result
-from cgagen.emulator.requests import Delay
 from cgagen.emulator.steps import Step, step_of
 from cgagen.emulator.timing import Timing, timing_of
-from cgagen.emulator.underway import UnderWay
 from cgagen.emulator.unknowns import CHOICES, Unknowns
 from cgagen.errors import BenchError, ExecutionError, ImageError
 from cgagen.stamp.compiled import Compiled
@@ -29,8 +27,10 @@ RUN_AHEAD_NS = 5_000_000
 """How far a chip may be ahead of the bench while it touches no pin. Ref: choice; nothing that can
 be seen from outside depends on it."""
 
+_UNTRIED = object()
 
-class Runner:
+
+class Runner(Engaged):
     """The part of `cgagen.emulator.chip.Chip` that carries a program out; see there."""
 
     def __init__(
@@ -69,13 +69,9 @@ class Runner:
         self._each: list[Callable[[Any], None]] = []
         self._watch: Callable[[], bool] | None = None
         self._symbols: dict[int, tuple[Compiled, Symbols]] = {}
-        self._timer = Timer(clock, self._proceed)
-        self._stop_listening: Callable[[], None] = _nothing
-        self._under_way: UnderWay | None = None
         self._step: Step | None = None
-        self._waiting: Waiting | None = None
-        self._answer: int | None = None
         self.ended: End | None = None
+        super().__init__(self._proceed)
         self._begin(0)
 
     def _begin(self, hold_ns: int) -> None:
@@ -85,16 +81,6 @@ class Runner:
         self._settled = False
         self._answer = self._step = self._waiting = None
         self._timer.at(self.local_ns)
-
-    def _stop(self) -> None:
-        """Give up what is under way."""
-        self._stop_listening()
-        self._stop_listening = _nothing
-        self._waiting = None
-        self._timer.cancel()
-        if self._under_way is not None:
-            self._under_way.close()
-            self._under_way = None
 
     def _forget(self, slot: int) -> None:
         """A slot's program was written over."""
@@ -114,19 +100,15 @@ class Runner:
                 instruction = self.machine.memory.slots[slot].at(address)
             except ImageError as error:
                 raise ExecutionError(f"{self.name}: slot {slot}, {error}") from error
-            step = steps[address] = step_of(instruction, self.machine.timing)
+            timing, after = self.machine.timing, self._compile_after
+            step = steps[address] = step_of(instruction, timing, after)
         return step
 
     def _proceed(self) -> None:
         """The clock has come to where something goes on."""
         waiting = self._waiting
         if waiting is not None:
-            self._stop_listening()
-            self._stop_listening = _nothing
-            self._waiting = None
-            self.local_ns = self.clock.now_ns
-            met = waiting.met_ns
-            self._answer = None if met is None else met - waiting.since_ns
+            self._waited(waiting)
         while self._go_on():
             pass
 
@@ -160,13 +142,17 @@ class Runner:
                 return False
             self._settled = False
         elif self._compile_after is not None and self.coverage is None:
-            self._sprint(self._compile_after)
+            blocks = self._programs[machine.slot].blocks
+            if blocks.get(machine.pc, _UNTRIED) is not None:
+                self._sprint(self._compile_after)
         step = self._step_at(machine.pc)
         self.local_ns += step.ns
         if step.on_pins:
             self._step = step
-        else:
-            self._act(step)
+            if not self._reach():
+                return False
+            self._step = None
+        self._act(step)
         return True
 
     def _set_limits(self) -> None:
@@ -236,9 +222,9 @@ class Runner:
         if step.action is None:
             if instruction.name in ("END", "STOP"):
                 self.ended = End(instruction.name)
-            if step.function is not None:
-                self._under_way = UnderWay(machine, step)
-                self._answer = None
+            quick = step.pulse and self._compile_after is not None and self._pulse(step)
+            if step.function is not None and not quick:
+                self._engage(step)
             return
         place = (machine.slot, instruction.address)
         target = step.action(machine, instruction)
@@ -252,68 +238,3 @@ class Runner:
         if target == instruction.address and instruction.name == "GOTO":
             if not machine.polling.active:
                 self.ended = End.LOOP
-
-    def _carry_on(self, under_way: UnderWay) -> bool:
-        """Meet the requests of an instruction as long as nobody else has to come first."""
-        clock, send, answers = self.clock, under_way.generator.send, under_way.answers
-        while clock.now_ns == self.local_ns or clock.advance(self.local_ns):
-            answers.append(self._answer)
-            try:
-                request = send(self._answer)
-            except StopIteration as stop:
-                self._finish(under_way, stop.value)
-                return True
-            if type(request) is Delay:
-                self._answer = request.ns
-                self.local_ns += request.ns
-            elif not self._met(*request):
-                return False
-        self._timer.at(self.local_ns)
-        return False
-
-    def _met(self, pin: int, level: int, timeout_ns: int) -> bool:
-        """Answer `Until` if it can be answered at once; otherwise wait."""
-        if self.machine.pins.peek(pin) == level:
-            self._answer = 0
-            return True
-        if timeout_ns <= 0:
-            self._answer = None
-            return True
-        now_ns = self.clock.now_ns
-        self._listen(Waiting(pin, level, now_ns))
-        if now_ns + timeout_ns < NEVER_NS:
-            self._timer.at(now_ns + timeout_ns)
-        if self.on_wait is not None:
-            self.on_wait()
-        return False
-
-    def _listen(self, waiting: Waiting) -> None:
-        self._waiting = waiting
-        self._stop_listening = self.machine.pins.wires[waiting.pin].listen(self._heard)
-
-    def _heard(self, level: int | None) -> None:
-        """The wire that is waited for has changed."""
-        waiting = self._waiting
-        if waiting is not None and waiting.met_ns is None and (level or 0) == waiting.level:
-            self._waiting = waiting._replace(met_ns=self.clock.now_ns)
-            self._timer.after(0)
-
-    def _finish(self, under_way: UnderWay, result: Result) -> None:
-        """Store what an instruction found, and go on where it says."""
-        machine, instruction = self.machine, under_way.step.instruction
-        under_way.close()
-        self._under_way = None
-        if self.ended is not None:
-            return
-        if isinstance(result, int) and instruction.write is not None:
-            machine.evaluator.store(instruction.write, result)
-        jumped = isinstance(result, Jump)
-        if self.coverage is not None and instruction.targets:
-            self.coverage.branch((machine.slot, instruction.address), jumped)
-        machine.pc = result.address if isinstance(result, Jump) else instruction.end
-        if jumped:
-            self.local_ns += machine.timing.jump_ns
-
-
-def _nothing() -> None:
-    pass

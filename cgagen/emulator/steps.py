@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
+from cgagen.emulator.arguments import Arguments
 from cgagen.emulator.commands import COMMANDS, CommandFunction
 from cgagen.emulator.costs import LISTS_LATER, instruction_ns, item_ns
-from cgagen.emulator.expressions import Evaluator, depends_on_pins
+from cgagen.emulator.expressions import depends_on_pins
 from cgagen.emulator.instructions import ACTIONS, CONDITIONAL, ON_PINS, Action
 from cgagen.emulator.pauses import PAUSES
 from cgagen.emulator.timing import Timing
-from cgagen.stamp.program import Expression, Instruction, Item, Kind, label_address
+from cgagen.stamp.program import Expression, Instruction, Kind
 
 FUNCTIONS: dict[str, CommandFunction] = {**COMMANDS, **PAUSES}
 """All instructions that are generators, by name."""
@@ -25,7 +26,8 @@ class Step:
         on_pins: it reads or changes pins, so the bench must have reached its time.
         action: what it does; None where it is a generator.
         function: the generator; None for STOP, which the chip knows itself.
-        items_ns: what each item of a list takes that is evaluated when its turn comes.
+        arguments: what the generator is called with.
+        pulse: it is PULSOUT, with arguments that have nothing to do with pins.
     """
 
     instruction: Instruction
@@ -34,7 +36,8 @@ class Step:
     on_pins: bool
     action: Action | None
     function: CommandFunction | None
-    items_ns: tuple[int, ...]
+    arguments: Arguments
+    pulse: bool
 
     @property
     def pure(self) -> bool:
@@ -42,11 +45,18 @@ class Step:
         return self.action is not None and not self.on_pins
 
 
-def step_of(instruction: Instruction, timing: Timing) -> Step:
-    """Return an instruction with everything about it that never changes."""
+def step_of(instruction: Instruction, timing: Timing, compile_after: int | None = None) -> Step:
+    """Return an instruction with everything about it that never changes.
+
+    Args:
+        instruction: as it was decoded.
+        timing: of the chip.
+        compile_after: see `cgagen.emulator.chip.Chip`.
+    """
     name = instruction.name
     action = ACTIONS.get(name)
     items = instruction.items if name in LISTS_LATER else ()
+    items_ns = tuple(item_ns(instruction, item, timing) for item in items)
     return Step(
         instruction=instruction,
         ns=instruction_ns(instruction, timing),
@@ -54,48 +64,9 @@ def step_of(instruction: Instruction, timing: Timing) -> Step:
         on_pins=action is None or name in ON_PINS or _on_pins(instruction),
         action=action,
         function=FUNCTIONS.get(name),
-        items_ns=tuple(item_ns(instruction, item, timing) for item in items),
+        arguments=Arguments(instruction, items_ns, compile_after),
+        pulse=name == "PULSOUT" and not _on_pins(instruction),
     )
-
-
-def arguments(step: Step, evaluator: Evaluator) -> dict[str, object]:
-    """Return the keyword arguments of an instruction's generator, evaluated now."""
-    instruction = step.instruction
-    made: dict[str, object] = {}
-    values = evaluator.values(instruction.operands)
-    for name, value in zip(instruction.form, values, strict=True):
-        made[name] = label_address(value) if name.endswith("_target") else value
-    if instruction.name in LISTS_LATER:
-        made["items"] = [
-            ListItem(item, evaluator, ns)
-            for item, ns in zip(instruction.items, step.items_ns, strict=True)
-        ]
-    return made
-
-
-class ListItem:
-    """One item of a list, to be evaluated when its turn comes; see `cgagen.emulator.port`."""
-
-    __slots__ = ("_evaluator", "_item", "fetch_ns")
-
-    def __init__(self, item: Item, evaluator: Evaluator, fetch_ns: int) -> None:
-        self._item = item
-        self._evaluator = evaluator
-        self.fetch_ns = fetch_ns
-
-    @property
-    def stores(self) -> bool:
-        """Whether `store` does anything."""
-        return self._item.write is not None
-
-    def values(self) -> tuple[int, ...]:
-        """Evaluate the item now."""
-        return self._evaluator.values(self._item.values)
-
-    def store(self, value: int) -> None:
-        """Store what was received."""
-        if self._item.write is not None:
-            self._evaluator.store(self._item.write, value)
 
 
 def _on_pins(instruction: Instruction) -> bool:

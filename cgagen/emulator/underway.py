@@ -12,7 +12,7 @@ from typing import NamedTuple
 from cgagen.emulator.machine import Machine
 from cgagen.emulator.port import Result
 from cgagen.emulator.requests import Command
-from cgagen.emulator.steps import Step, arguments
+from cgagen.emulator.steps import Step
 from cgagen.errors import ExecutionError
 
 MOST_ANSWERS = 100_000
@@ -95,7 +95,7 @@ class UnderWay:
         function = self.step.function
         if function is None:
             raise AssertionError(f"{self.step.instruction.name} is no generator")
-        return function(self._machine, **arguments(self.step, self._machine.evaluator))
+        return function(self._machine, **self.step.arguments.of(self._machine))
 
 
 def before_of(machine: Machine) -> Before:

@@ -17,14 +17,14 @@ class Boundary(NamedTuple):
         sensor: "front sonar", "left light".
         limit: "near", "middle", "far", "range", "alarm".
         distance_in: as the robot's file has it.
-        count: the same in chip counts; a smaller count is nearer.
+        counts: the same in chip counts; a smaller count is nearer.
     """
 
     place: int
     sensor: str
     limit: str
     distance_in: float
-    count: int
+    counts: int
 
 
 def boundaries(robot: Robot) -> list[Boundary]:
@@ -70,7 +70,7 @@ def steps_of(stimulus: Stimulus, limits: list[Boundary]) -> list[tuple[int, int]
     [(0, -1)]
     """
     counts = (*stimulus.sonars, *stimulus.lights)
-    steps = ((number, counts[one.place] - one.count) for number, one in enumerate(limits))
+    steps = ((number, counts[one.place] - one.counts) for number, one in enumerate(limits))
     return [(number, step) for number, step in steps if step in STEPS]
 
 

@@ -160,6 +160,7 @@ def trial_data(trial: Trial) -> dict[str, Any]:
         "agreed": sum(trial.agreed.values()),
         "left_out": trial.left_out,
         "stale": trial.stale,
+        "note": trial.note,
     }
 
 

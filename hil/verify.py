@@ -1,15 +1,17 @@
 """All checks of one robot, as `cgagen verify` and the tests run them."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
 
 from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
 from cgagen.words import Role
 from hil.benches import Counted, looking
-from hil.emulated import PinsTarget
-from hil.equivalence import Explain, Finding, Heard, Trial, Verdict, blocked, compare, worst
-from hil.evidence import Evidence
+from hil.emulated import MOST_SONAR_COUNTS, PinsTarget
+from hil.equivalence import Explain, Finding, Heard, Trial, Verdict, blocked, compare
 from hil.explain import Line, deciding_lines, table_line
+from hil.outcome import Report
 from hil.proof import prove
 from hil.registers import Compile, RegisterTarget
 from hil.simulated import commands_by_state
@@ -17,6 +19,7 @@ from hil.stimuli import SEED, Level, every_state, neutral, sample, stimuli_of, t
 from hil.subject import CHIPS, Subject
 from hil.target import Observation, Stimulus, Target
 from hil.timing import try_timing
+from hil.traces import Trace, replay
 from hil.walks import try_walks
 
 BOUNDARY_PINS = 200
@@ -26,45 +29,6 @@ SAMPLED_CELLS = 6_000
 """Cells of the sensor space that are tried below the exhaustive level. Choice."""
 
 
-@dataclass
-class Report:
-    """What came of all trials of a robot.
-
-    Attributes:
-        subject: what was tried.
-        level: how much.
-        seed: of what was chosen by chance.
-        trials: by what they are called.
-        notes: what a trial that passed has to say.
-        evidence: the same and more, for a page.
-    """
-
-    subject: Subject
-    level: Level
-    seed: int
-    trials: dict[str, Trial] = field(default_factory=dict)
-    notes: dict[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.evidence = Evidence(self.subject)
-
-    def add(self, name: str, trial: Trial) -> None:
-        """Note a trial."""
-        self.trials[name] = trial
-        self.evidence.trial(name, trial)
-
-    @property
-    def verdict(self) -> Verdict:
-        """What they come to."""
-        return worst(trial.verdict for trial in self.trials.values())
-
-    @property
-    def smallest(self) -> Finding | None:
-        """The smallest stimulus that shows a fault, of all trials."""
-        found = [trial.smallest for trial in self.trials.values() if trial.smallest]
-        return next((one for one in found if one.stimulus), found[0] if found else None)
-
-
 def verify(
     subject: Subject,
     compile_source: Compile,
@@ -72,6 +36,7 @@ def verify(
     seed: int = SEED,
     others: Sequence[Callable[[], Target]] = (),
     readings: Sequence[Stimulus] | None = None,
+    traces: Sequence[Trace] = (),
 ) -> Report:
     """Try the programs of a robot on the emulator, and on other targets.
 
@@ -82,6 +47,10 @@ def verify(
         seed: for what is chosen by chance.
         others: makers of further targets, not yet open.
         readings: these alone instead of the level's, and nothing else but table and sources.
+        traces: to be replayed on the emulator and on all other targets.
+
+    Raises:
+        TraceError: a trace is of another robot or genome.
     """
     report, counted = Report(subject, level, seed), Counted()
     fast = pin_readings(subject, level, seed) if readings is None else readings
@@ -97,9 +66,13 @@ def verify(
         report.add("emulator", try_target(subject, lambda: PinsTarget(subject), fast, ear))
         if readings is None:
             _with_walks(report, subject)
+        for trace in traces:
+            _with_trace(report, subject, lambda: PinsTarget(subject), trace)
     for make in others:
         trial = try_target(subject, make, fast, ear)
         report.add(trial.target, trial)
+        for trace in traces:
+            _with_trace(report, subject, make, trace)
     report.evidence.count(counted, compile_source)
     return report
 
@@ -114,8 +87,22 @@ def with_cells(report: Report, subject: Subject, compile_source: Compile) -> Non
     count = None if report.level is Level.EXHAUSTIVE else SAMPLED_CELLS
     proof = prove(subject, count, report.seed, compiled.source_map if same else None)
     report.evidence.proof(proof)
-    report.add("cells", proof.trial())
-    report.notes["cells"] = proof.text()
+    trial = proof.trial()
+    trial.note = proof.text()
+    report.add("cells", trial)
+
+
+def _with_trace(report: Report, subject: Subject, make: Callable[[], Target], trace: Trace) -> None:
+    """Replay a trace on a target."""
+    target = make()
+    try:
+        target.open()
+        trial: Trial = replay(subject, target, trace, report.explain)
+    except RigError as error:
+        trial = blocked(target.url, error)
+    finally:
+        target.close()
+    report.add(f"{Path(trace.name).name} on {target.url}", trial)
 
 
 def _with_walks(report: Report, subject: Subject) -> None:
@@ -132,7 +119,11 @@ def pin_readings(subject: Subject, level: Level, seed: int = SEED) -> list[Stimu
     robot = subject.robot
     wanted = [neutral(robot), *every_state(robot).values(), *thresholds(robot)]
     if level.wide:
-        wanted += sample(robot, BOUNDARY_PINS, seed)
+        drawn = sample(robot, 10 * BOUNDARY_PINS, seed)
+        most = MOST_SONAR_COUNTS
+        wanted += islice(
+            (one for one in drawn if max(*one.sonars, *one.lights) <= most), BOUNDARY_PINS
+        )
     return list(dict.fromkeys(wanted))
 
 
@@ -187,10 +178,12 @@ def with_registers(
         return
     table = try_table(subject, target)
     report.add(f"{prefix}table", table)
+    explain = explainer(subject, target)
     ear = None if prefix else report.evidence.ear(target.url)
     if not prefix:
         report.evidence.table(table)
-    trial = compare(subject, target, every, explainer(subject, target), ear)
+        report.explain = explain
+    trial = compare(subject, target, every, explain, ear)
     report.add(f"{prefix}registers", trial)
 
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.verify_text import data_of, text_of
 
 if TYPE_CHECKING:
-    from hil.equivalence import Finding, Trial
+    from hil.outcome import Report
     from hil.subject import Subject
     from hil.target import Stimulus, Target
-    from hil.verify import Report
 
 LEVELS = ("smoke", "boundary", "exhaustive")
 
@@ -33,7 +33,7 @@ LEVELS = ("smoke", "boundary", "exhaustive")
     "targets",
     multiple=True,
     metavar="URL",
-    help="Besides the emulator: serial:PORT. May be repeated.",
+    help="Besides the emulator: serial:PORT, can:INTERFACE:CHANNEL. May be repeated.",
 )
 @click.option("--level", type=click.Choice(LEVELS), default=LEVELS[0], show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="For what chance chooses.")
@@ -43,6 +43,29 @@ LEVELS = ("smoke", "boundary", "exhaustive")
     multiple=True,
     metavar="COUNTS",
     help="Try this reading alone, such as 1843,0,0/--/0,170. May be repeated.",
+)
+@click.option(
+    "--trace",
+    "traces",
+    type=click.Path(path_type=Path, dir_okay=False),
+    multiple=True,
+    metavar="FILE",
+    help="Replay this trace, too, on every target. May be repeated.",
+)
+@click.option(
+    "--report",
+    "reports",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    metavar="FILE",
+    help="Write a report: FILE.html is a page, FILE.json data, a folder gets both.",
+)
+@click.option(
+    "--kills",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    multiple=True,
+    metavar="FILE",
+    help="Kill matrix for the report, as `make hil-mutants` writes it.",
 )
 @with_console
 @click.pass_context
@@ -56,11 +79,16 @@ def verify_verb(
     level: str,
     seed: int,
     readings: tuple[str, ...],
+    traces: tuple[Path, ...],
+    reports: tuple[Path, ...],
+    kills: tuple[Path, ...],
 ) -> None:
-    r"""Compare the firmware of a robot with the simulator.
+    """Compare the firmware of a robot with the simulator.
 
     The images are run on the emulator: their table, every state that a reading leads to, every
-    threshold with one count less and more; and their sources must compile to the same bytes. A
+    threshold with one count less and more, a sample of the whole sensor space, all movements,
+    and the longest time; and their sources must compile to the same bytes. Level `boundary` adds
+    ties and pairs of thresholds, `exhaustive` the whole sensor space: a proof for this image. A
     prey needs no GENOME: `cgagen verify --robot servobot-prey`.
 
     \b
@@ -69,10 +97,15 @@ def verify_verb(
       7   BLOCKED: a target is sick or holds another program
       9   FAIL: a decision is not the simulator's
       11  UNPROVEN: not enough could be tried
-    """
+    """  # noqa: D301  click's sign for lines that stay as they are
     from cgagen.tokenizer import Tokenizer
+    from hil.report import check_names, read_kills, report_of, write_reports
     from hil.stimuli import Level
+    from hil.traces import read_trace
     from hil.verify import verify
+
+    check_names(reports)
+    matrices = [read_kills(path) for path in kills]
 
     with Tokenizer() as tokenizer:
         subject = _subject(genome, robot, build, tokenizer)
@@ -83,14 +116,18 @@ def verify_verb(
             seed,
             [_maker(url, subject) for url in targets if url != "emulator"],
             [_reading(text, subject) for text in readings] or None,
+            [read_trace(path, subject.robot) for path in traces],
         )
     words = [str(genome)] if genome else []
     for option, value in (("--robot", robot), ("--build", build)):
         words += [option, str(value)] if value else []
     for url in targets:
         words += ["--target", url]
-    repeat = _repeat(words, report, readings)
-    console.result(_data(report, repeat), _text(report, repeat))
+    repeat = _repeat(words, report, readings, traces)
+    page = report_of([report.evidence.data()], level, seed, repeat, matrices)
+    for file in write_reports(reports, page):
+        console.note(f"report: {file}")
+    console.result(data_of(report, repeat), text_of(report, repeat))
     context.exit(report.verdict.exit_code)
 
 
@@ -148,85 +185,16 @@ def _reading(text: str, subject: "Subject") -> "Stimulus":
     return reading
 
 
-def _repeat(words: list[str], report: "Report", readings: tuple[str, ...]) -> str:
+def _repeat(
+    words: list[str], report: "Report", readings: tuple[str, ...], traces: tuple[Path, ...]
+) -> str:
     """Return the command that shows the smallest fault again, or all of this."""
     small = report.smallest
-    found = [small.stimulus.text()] if small and small.stimulus else list(readings)
-    options = [word for text in found for word in ("--reading", text)]
-    if not found:
-        options = ["--level", str(report.level), "--seed", str(report.seed)]
+    options = ["--level", str(report.level), "--seed", str(report.seed)]
+    if small and small.stimulus and not report.from_trace:
+        options = ["--reading", small.stimulus.text()]
+    elif readings:
+        options = [word for text in readings for word in ("--reading", text)]
+    if not small or report.from_trace:
+        options += [word for path in traces for word in ("--trace", str(path))]
     return shlex.join(["cgagen", "verify", *words, *options])
-
-
-def _text(report: "Report", repeat: str) -> str:
-    subject = report.subject
-    row = "{:<18}{:<10}{:>10}{:>8}{:>7}{:>10}"
-    heads = ("trial", "verdict", "decisions", "agreed", "stale", "left out")
-    lines = [f"{subject.robot.name}: {subject.where}", "", row.format(*heads)]
-    for name, trial in report.trials.items():
-        agreed = sum(trial.agreed.values())
-        cells = (trial.verdict, trial.decisions, agreed, trial.stale, trial.left_out)
-        lines.append(row.format(name, *cells))
-    reasons = [f"{name}: {trial.reason}" for name, trial in report.trials.items() if trial.reason]
-    lines += ["", *reasons] if reasons else []
-    if report.smallest is not None:
-        lines += ["", *_finding(report.smallest, subject)]
-    lines += [
-        "",
-        f"genome {subject.genome_digest}, robot {subject.robot.digest[:8]}, "
-        + ", ".join(f"{name} {image.digest[:8]}" for name, image in subject.images.items())
-        + f", level {report.level}, seed {report.seed}",
-        f"again: {repeat}",
-        str(report.verdict),
-    ]
-    return "\n".join(lines)
-
-
-def _finding(small: "Finding", subject: "Subject") -> list[str]:
-    lines = []
-    if small.stimulus is not None:
-        lines.append(f"smallest reading: {small.stimulus.text()}")
-    for word, seen in (("expected", small.expected), ("observed", small.observed)):
-        if seen is None or seen.command < 0:
-            lines.append(f"{word}: no decision")
-        else:
-            movement = subject.movement(seen.command)
-            lines.append(f"{word}: state {seen.state}, command {seen.command} {movement}")
-    return [*lines, *(f"decided in {line}" for line in small.lines)]
-
-
-def _data(report: "Report", repeat: str) -> dict[str, Any]:
-    subject, small = report.subject, report.smallest
-    return {
-        "verdict": str(report.verdict),
-        "robot": {"name": subject.robot.name, "digest": subject.robot.digest},
-        "genome": subject.genome.digest if subject.genome else None,
-        "images": {name: image.digest for name, image in subject.images.items()},
-        "level": str(report.level),
-        "seed": report.seed,
-        "trials": {name: _trial(trial) for name, trial in report.trials.items()},
-        "smallest": {
-            "reading": small.stimulus.text() if small.stimulus else None,
-            "why": small.why,
-            "expected": {"state": small.expected.state, "command": small.expected.command},
-            "observed": {"state": small.observed.state, "command": small.observed.command}
-            if small.observed
-            else None,
-            "lines": [line._asdict() for line in small.lines],
-        }
-        if small
-        else None,
-        "again": repeat,
-    }
-
-
-def _trial(trial: "Trial") -> dict[str, Any]:
-    return {
-        "target": trial.target,
-        "verdict": str(trial.verdict),
-        "reason": trial.reason,
-        "tried": trial.tried,
-        "agreed": trial.agreed,
-        "stale": trial.stale,
-        "left_out": trial.left_out,
-    }

@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -196,3 +197,131 @@ def test_hardly_anything_leaves() -> None:
             write = (Token(Kind.READ, 50, 1), Token(Kind.WRITE, noise.randrange(3, 15), 16, True))
         left += results(seed, made, write)[0] == LEFT
     assert left == 0
+
+
+# -- What is written is no more than is needed: nothing but speed depends on it ----------------
+
+
+def constant(value: int) -> Token:
+    return Token(Kind.CONSTANT, value)
+
+
+def operator(code: int) -> Token:
+    return Token(Kind.OPERATOR, code)
+
+
+W0, W1 = Token(Kind.READ, 3, 16), Token(Kind.READ, 4, 16)
+B0, B1, NIB, BIT = (
+    Token(Kind.READ, 6, 8),
+    Token(Kind.READ, 7, 8),
+    Token(Kind.READ, 13, 4),
+    Token(Kind.READ, 50, 1),
+)
+B0_TEXT, NIB_TEXT = "(r[3] & 255)", "(r[3] >> 4 & 15)"
+
+
+@pytest.mark.parametrize(
+    ("made", "code", "top"),
+    [
+        ((W0,), "r[3]", 65535),
+        ((B0,), "(r[3] & 255)", 255),
+        ((B1,), "(r[3] >> 8)", 255),
+        ((NIB,), "(r[3] >> 4 & 15)", 15),
+        ((Token(Kind.READ, 15, 4),), "(r[3] >> 12)", 15),
+        ((Token(Kind.READ, 63, 1),), "(r[3] >> 15)", 1),
+        ((W0, W1, operator(0x0A)), "(r[3] & r[4])", 65535),
+        ((B0, NIB, operator(0x0A)), f"({B0_TEXT} & {NIB_TEXT})", 15),
+        ((B0, NIB, operator(0x0B)), f"({B0_TEXT} | {NIB_TEXT})", 255),
+        ((BIT, constant(4), operator(0x0C)), "((r[3] >> 2 & 1) ^ 4)", 7),
+        ((W0, constant(0x8000), operator(0x0B)), "(r[3] | 32768)", 65535),
+        ((B0, constant(300), operator(0x0D)), f"({B0_TEXT} if {B0_TEXT} > 300 else 300)", 300),
+        ((B0, constant(300), operator(0x0E)), f"({B0_TEXT} if {B0_TEXT} < 300 else 300)", 255),
+        ((W0, W1, operator(0x0F)), "((r[3] + r[4]) & 65535)", 65535),
+        ((B0, constant(65280), operator(0x0F)), f"({B0_TEXT} + 65280)", 65535),
+        ((B0, constant(65281), operator(0x0F)), f"(({B0_TEXT} + 65281) & 65535)", 65535),
+        ((W0, constant(1), operator(0x0F), constant(2), operator(0x10)),
+         "(((r[3] + 1) - 2) & 65535)", 65535),
+        ((B0, constant(257), operator(0x12)), f"({B0_TEXT} * 257)", 65535),
+        ((B0, constant(258), operator(0x12)), f"({B0_TEXT} * 258 & 65535)", 65535),
+        ((W0, W1, operator(0x11)), "(r[3] * r[4] >> 8 & 65535)", 65535),
+        ((W0, W1, operator(0x13)), "(r[3] * r[4] >> 16)", 65535),
+        ((W0, constant(10), operator(0x14)), "(r[3] % 10)", 9),
+        ((W0, constant(10), operator(0x15)), "(r[3] // 10)", 6553),
+        ((B0, constant(8), operator(0x17)), f"({B0_TEXT} << 8)", 65280),
+        ((B0, constant(9), operator(0x17)), f"({B0_TEXT} << 9 & 65535)", 65535),
+        ((BIT, constant(15), operator(0x17)), "((r[3] >> 2 & 1) << 15)", 32768),
+        ((Token(Kind.READ, 12, 4), constant(12), operator(0x17)), "((r[3] & 15) << 12)", 61440),
+        ((W0, constant(15), operator(0x18)), "(r[3] >> 15)", 1),
+        ((W0, operator(0x02)), "(r[3] ^ 65535)", 65535),
+        ((W0, operator(0x03)), "(-r[3] & 65535)", 65535),
+        ((BIT, constant(0), operator(0x1C)), "(not (r[3] & 4))", 65535),
+        ((BIT, constant(1), operator(0x1C)), "(r[3] & 4)", 65535),
+        ((BIT, constant(1), operator(0x1D)), "(not (r[3] & 4))", 65535),
+        ((BIT, constant(0), operator(0x1D)), "(r[3] & 4)", 65535),
+        *(
+            ((W0, W1, operator(code)), f"(r[3] {sign} r[4])", 65535)
+            for code, sign in zip(COMPARISONS, (">=", "<=", "==", "!=", ">", "<"), strict=True)
+        ),
+        ((W0, W1, operator(0x1C), operator(0x02)), "(not (r[3] == r[4]))", 65535),
+        ((W0, W1, operator(0x1C), BIT, constant(1), operator(0x1C), operator(0x0A)),
+         "((r[3] == r[4]) and (r[3] & 4))", 65535),
+        ((constant(3), constant(4), operator(0x12)), "12", 12),
+    ],
+)  # fmt: skip
+def test_common_operators_need_no_call(made: Expression, code: str, top: int) -> None:
+    writer = writer_of()
+    text = writer.value(made)
+    assert (text.code, text.top, writer.names, writer.lines) == (code, top, {}, [])
+
+
+@pytest.mark.parametrize(
+    ("made", "code"),
+    [
+        ((W0, constant(16), operator(0x17)), "b23(r[3], 16)"),
+        ((W0, constant(16), operator(0x18)), "b24(r[3], 16)"),
+        ((W0, constant(0), operator(0x15)), "b21(r[3], 0)"),
+        ((W0, W1, operator(0x14)), "b20(r[3], r[4])"),
+        ((W0, operator(0x00)), "u0(r[3])"),
+    ],
+)
+def test_what_the_documents_leave_open_is_the_table_s(made: Expression, code: str) -> None:
+    writer = writer_of()
+    assert writer.value(made).code == code
+    assert [*writer.names] == [code.partition("(")[0]]
+
+
+@pytest.mark.parametrize(
+    ("made", "write", "line"),
+    [
+        ((W0,), Token(Kind.WRITE, 4, 16), "r[4] = r[3]"),
+        ((B0,), Token(Kind.WRITE, 8, 8), "r[4] = r[4] & 65280 | ((r[3] & 255))"),
+        ((W0,), Token(Kind.WRITE, 9, 8), "r[4] = r[4] & 255 | (r[3] & 255) << 8"),
+        ((constant(3),), Token(Kind.WRITE, 9, 8), "r[4] = r[4] & 255 | 768"),
+        ((constant(255),), Token(Kind.WRITE, 8, 8), "r[4] = r[4] | 255"),
+        ((constant(256),), Token(Kind.WRITE, 8, 8), "r[4] = r[4] & 65280"),
+        ((W0, constant(1), operator(0x0F)), Token(Kind.WRITE, 4, 16), "r[4] = (r[3] + 1) & 65535"),
+        ((B0, constant(1), operator(0x0F)), Token(Kind.WRITE, 4, 16), "r[4] = ((r[3] & 255) + 1)"),
+        ((W0,), Token(Kind.WRITE, 0, 16), "pass"),
+        ((NIB, W1), Token(Kind.WRITE, 3, 16, True), "r[i1] = r[4]"),
+    ],
+)
+def test_a_store_cuts_where_it_must(made: Expression, write: Token, line: str) -> None:
+    writer = writer_of()
+    index = made[:-1] if write.indexed else ()
+    value = made[-1:] if write.indexed else made
+    writer.store((*index, write), writer.value(value))
+    assert writer.lines[-1].strip() == line
+
+
+def test_another_word_for_true_is_left_to_the_table() -> None:
+    writer = Writer(replace(CHOICES, true_word=1))
+    assert writer.value((W0, W1, operator(0x1C))).code == "b28(r[3], r[4])"
+    assert writer.names["b28"](7, 7) == 1  # type: ignore[operator]
+
+
+def test_no_value_is_greater_than_it_says() -> None:
+    for seed in range(1200):
+        made = expression(random.Random(seed), 2)
+        top = writer_of().value(made).top
+        found, *_ = results(seed, made, None)
+        assert found == LEFT or 0 <= found <= top, made  # type: ignore[operator]

@@ -157,9 +157,16 @@ def parse_banner(line: str) -> Banner | None:
 
 
 def banner_in(eeprom: bytes) -> Banner | None:
-    """Return the banner of a program by its image, where it stands first; None for none."""
-    text = eeprom.split(END.encode(), 1)[0]
-    return parse_banner(text.decode("latin-1")) if text.startswith(BANNER.encode()) else None
+    r"""Return the banner that lies in an EEPROM, wherever it does; None where none does.
+
+    >>> banner_in(b"\x07\x23#1 L servobot-prey 12345678 9abcdef0\r\x00").chip
+    'locomotion'
+    """
+    for piece in eeprom.split(END.encode())[:-1]:
+        found = parse_banner(piece.decode("latin-1"))
+        if found is not None:
+            return found
+    return None
 
 
 def request_text(letter: Letter, first: str, second: str) -> str:

@@ -36,6 +36,7 @@ from cgagen.bench_protocol import (
     Answer,
     Banner,
     Letter,
+    banner_in,
     dump_request,
     parse_answer,
     parse_banner,
@@ -45,6 +46,8 @@ from cgagen.bench_protocol import (
 from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.link.port import PortLock, open_port
 from cgagen.stamp.chips import EEPROM_BYTES
+
+__all__ = ["BenchHook", "banner_in"]
 
 SIGNS = string.ascii_letters + string.digits
 """Characters of which requests are numbered; none of them begins anything else."""
@@ -358,16 +361,3 @@ class BenchHook:
             f"{self.port}: {what}, and nothing else comes either; look at the cable, switch the "
             "robot on, or reset it"
         )
-
-
-def banner_in(eeprom: bytes) -> Banner | None:
-    r"""Return the banner that lies in an EEPROM, wherever it does; None where none does.
-
-    >>> banner_in(b"\x07\x23#1 L servobot-prey 12345678 9abcdef0\r\x00").chip
-    'locomotion'
-    """
-    for piece in eeprom.split(END.encode())[:-1]:
-        found = parse_banner(piece.decode("latin-1"))
-        if found is not None:
-            return found
-    return None

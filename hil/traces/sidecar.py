@@ -129,7 +129,7 @@ def _origin(row: Any, where: str) -> Origin:
     if not isinstance(row, dict) or row.get("format") != FORMAT:
         raise refused(where, "format", f"is not {FORMAT}")
     for key, kind in kinds.items():
-        if not isinstance(row.get(key), kind) or isinstance(row.get(key), bool):
+        if key not in row or not isinstance(row[key], kind) or isinstance(row[key], bool):
             raise refused(where, key, "is missing, or of another kind")
     robot = row["robot"]
     values = [robot.get("name"), robot.get("role"), robot.get("digest"), *row["images"].values()]

@@ -7,7 +7,7 @@ KILLS  ?= runs/kills
 # The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
 NODE_EXTRA := $(shell node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' 2>/dev/null || echo ,node)
 
-.PHONY: demo test check hil hil-colony firmware benchmark paper mutants hil-mutants clean setup
+.PHONY: demo test check hil hil-colony firmware benchmark paper mutants hil-mutants clean setup clients
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -25,7 +25,10 @@ demo: setup                ## evolve a predator, build the programs of all four 
 	$(BIN)/cgagen build --robot servobot-prey -o $(RUN)/build-prey
 	@echo; echo "The PBASIC programs are in $(RUN)/build-predator and $(RUN)/build-prey."
 
-test: setup check          ## set-up, then everything CI checks
+clients: setup             ## Parallax's JavaScript programmer, which the tests let loose on us
+	$(BIN)/python -m tests.npm.fetch
+
+test: setup clients check  ## set-up, then everything CI checks
 
 check:                     ## lint, types, import contract, all tests
 	$(BIN)/ruff check .

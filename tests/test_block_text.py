@@ -251,6 +251,7 @@ B0_TEXT, NIB_TEXT = "(r[3] & 255)", "(r[3] >> 4 & 15)"
         ((B0, constant(9), operator(0x17)), f"({B0_TEXT} << 9 & 65535)", 65535),
         ((BIT, constant(15), operator(0x17)), "((r[3] >> 2 & 1) << 15)", 32768),
         ((Token(Kind.READ, 12, 4), constant(12), operator(0x17)), "((r[3] & 15) << 12)", 61440),
+        ((W0, constant(0), operator(0x17)), "(r[3] << 0)", 65535),
         ((W0, constant(15), operator(0x18)), "(r[3] >> 15)", 1),
         ((W0, operator(0x02)), "(r[3] ^ 65535)", 65535),
         ((W0, operator(0x03)), "(-r[3] & 65535)", 65535),
@@ -288,6 +289,27 @@ def test_what_the_documents_leave_open_is_the_table_s(made: Expression, code: st
     writer = writer_of()
     assert writer.value(made).code == code
     assert [*writer.names] == [code.partition("(")[0]]
+
+
+@pytest.mark.parametrize(
+    ("index", "read", "lines"),
+    [
+        (NIB, Token(Kind.READ, 6, 8, True),
+         ["i1 = 6 + (r[3] >> 4 & 15)", "v2 = r[i1 >> 1] >> ((i1 & 1) << 3) & 255"]),
+        (BIT, Token(Kind.READ, 3, 16, True), ["i1 = 3 + (r[3] >> 2 & 1)", "v2 = r[i1]"]),
+        (NIB, Token(Kind.READ, 48, 1, True),
+         ["i1 = 48 + (r[3] >> 4 & 15)", "v2 = r[i1 >> 4] >> (i1 & 15) & 1"]),
+        (NIB, Token(Kind.READ, 17, 8, True),
+         ["i1 = 17 + (r[3] >> 4 & 15) & 31", f"if i1 < 6: return {LEFT!r}",
+          "v2 = r[i1 >> 1] >> ((i1 & 1) << 3) & 255"]),
+    ],
+)  # fmt: skip
+def test_an_index_that_stays_inside_is_not_looked_at(
+    index: Token, read: Token, lines: list[str]
+) -> None:
+    writer = writer_of()
+    assert writer.value((index, read)).code == "v2"
+    assert [line.strip() for line in writer.lines] == lines
 
 
 @pytest.mark.parametrize(

@@ -236,6 +236,21 @@ def test_button(
     assert made.registers["W0"] == acts
 
 
+def test_button_makes_its_pin_an_input(tokenizer: Tokenizer) -> None:
+    made = chip_of(tokenizer, "k VAR Byte\nDIRS = $FFFF\nBUTTON 2, 0, 255, 0, k, 1, on\non: STOP")
+    made.run(SECOND_NS)
+    assert made.registers["DIRS"] == 0xFFFB
+
+
+def test_put_never_reaches_what_shows_the_chip(tokenizer: Tokenizer) -> None:
+    """Ref: S2 p. 92: 63 and 127 cannot be written; the bytes behind them stay what they were."""
+    for model, last in (("BS2p", 127), ("BS2pe", 127), ("BS2sx", 63), ("BS2e", 63)):
+        made = chip_of(tokenizer, f"PUT {last}, 255\nPUT {last - 1}, 7\nSTOP", model=model)
+        made.run(SECOND_NS)
+        assert made.scratch[last - 1] == 7
+        assert not any(made.scratch[last:])
+
+
 def test_polled_output_follows_its_input(tokenizer: Tokenizer) -> None:
     made = chip_of(
         tokenizer, "POLLIN 0, 0\nPOLLOUT 1, 1\nPOLLMODE 2\nDO\nPAUSE 10\nLOOP", model="BS2p"

@@ -296,12 +296,12 @@ def sweep(robot: Robot) -> list[Stimulus]:
 
 
 def _rising(low: int, high: int) -> list[int]:
-    """Return whole numbers from low to high, each half as large again as the one before.
+    """Return whole numbers from low to high, each twice the one before.
 
-    >>> _rising(10, 30)
-    [10, 15, 22, 30]
+    >>> _rising(10, 50)
+    [10, 20, 40, 50]
     """
     found = [low]
-    while found[-1] * 3 // 2 < high:
-        found.append(found[-1] * 3 // 2)
+    while found[-1] * 2 < high:
+        found.append(found[-1] * 2)
     return [*found, high]

@@ -27,13 +27,13 @@ FIRMWARE = FOLDER.parent.parent / "firmware"
 FIGURE_7 = {"predator": (268.75, 31.25, 180.0), "prey": (15.0, 150.0, 90.0)}
 """Ref: S1 IV and figure 7."""
 
-WALL = {"predator": (150.0, 40.0, 265.0), "prey": (20.0, 280.0, 90.0)}
+WALL = {"predator": (60.0, 40.0, 250.0), "prey": (20.0, 280.0, 90.0)}
 """The predator walks into the south wall. Choice."""
 
 EPISODES = {
     "hunt.log": (Role.PREDATOR, FIGURE_7, 100),
-    "hunt-prey.log": (Role.PREY, FIGURE_7, 100),
-    "wall.log": (Role.PREDATOR, WALL, 30),
+    "hunt-prey.log": (Role.PREY, FIGURE_7, 30),
+    "wall.log": (Role.PREDATOR, WALL, 25),
 }
 """By file: whose readings, from which poses, for how many steps at most."""
 

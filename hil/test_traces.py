@@ -1,0 +1,75 @@
+"""The recorded traces: replayed on every target with zero tolerance, and recorded again.
+
+They are of the reference genome; firmware of another genome is given their readings alone.
+"""
+
+from pathlib import Path
+
+from cgagen.words import Role
+from hil.registers import RegisterTarget
+from hil.simulated import SimulatedTarget
+from hil.subject import Subject
+from hil.target import Target
+from hil.traces import Trace, read_trace, replay
+from hil.traces.recording import without_decisions
+from hil.traces.shipped import FOLDER, ROLES, reference, write_all
+
+
+def traces_of(subject: Subject) -> list[Trace]:
+    """Return the traces of a robot's kind; without decisions, where those are of another."""
+    theirs = reference()[subject.role]
+    same = (theirs.genome_digest, theirs.robot.digest) == (
+        subject.genome_digest,
+        subject.robot.digest,
+    )
+    names = [name for name, role in ROLES.items() if role is subject.role]
+    found = [read_trace(FOLDER / name, theirs.robot) for name in names]
+    return found if same else [without_decisions(trace) for trace in found]
+
+
+def passes(subject: Subject, target: Target) -> None:
+    for trace in traces_of(subject):
+        result = replay(subject, target, trace)
+        assert result.verdict == "PASS", result.reason
+        assert result.decisions + result.left_out == len(trace.samples)
+
+
+def test_traces_replay_on_the_simulator(hil_subject: Subject) -> None:
+    passes(hil_subject, SimulatedTarget(hil_subject))
+
+
+def test_traces_replay_from_registers(hil_subject: Subject, hil_registers: RegisterTarget) -> None:
+    passes(hil_subject, hil_registers)
+
+
+def test_traces_replay_on_the_target(hil_subject: Subject, hil_target: Target) -> None:
+    passes(hil_subject, hil_target)
+
+
+def test_recording_again_gives_the_same_bytes(tmp_path: Path) -> None:
+    """`python -m hil.traces.shipped` is what recorded them."""
+    for path in FOLDER.glob("*.csv"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    write_all(tmp_path, reference())
+    again = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    there = {
+        path.name: path.read_bytes()
+        for path in FOLDER.iterdir()
+        if path.suffix in (".log", ".csv", ".json", ".dbc")
+    }
+    assert set(again) == set(there)
+    wrong = [name for name in there if again[name] != there[name]]
+    assert not wrong, f"{', '.join(wrong)}: record them anew with python -m hil.traces.shipped"
+
+
+def test_the_traces_meet_walls_prey_and_touch() -> None:
+    """What they are for: a hunt up to the capture, a wall that is touched, every sensor swept."""
+    robot = reference()[Role.PREDATOR].robot
+    hunt, wall, sweep = (
+        read_trace(FOLDER / f"{name}.log", robot) for name in ("hunt", "wall", "sweep")
+    )
+    assert {one.command for one in hunt.samples} > {0}
+    assert any(any(one.stimulus.lights) for one in hunt.samples)
+    assert any(any(one.stimulus.touched) for one in wall.samples)
+    states = [one.state or 0 for one in sweep.samples]
+    assert {state // 8 for state in states} == {state % 8 for state in states} == set(range(8))

@@ -98,6 +98,22 @@ class GaitReader:
             return Reading(found[0], len(frames))
         return Reading(None, len(frames), self._nearest(frames))
 
+    def find(self, train: "Train") -> Reading:
+        """Say which movement is in a train that stands before it and behind it, however long.
+
+        A movement that holds its pose cannot be told from standing so long. What follows rests in
+        the last pose.
+        """
+        frames = train.frames()
+        if frames is None:
+            return self.read(train)
+        found = [n for n in range(len(self._gait)) if self._holds(n, frames)]
+        moved = [n for n in found if self._gait[n]] or found
+        if len(moved) == 1:
+            self.rest = frames[-1]
+            return Reading(moved[0], len(frames))
+        return Reading(None, len(frames), self._nearest(frames))
+
     def widths_counts(self, train: "Train") -> list[tuple[float, ...]]:
         """Return whole frames in PULSOUT counts."""
         return [tuple(one / self._unit_ns for one in frame) for frame in train.whole_frames()]
@@ -110,6 +126,15 @@ class GaitReader:
     def _is(self, command: int, frames: Sequence[Frame]) -> bool:
         wanted = self.wanted(command)
         return len(wanted) == len(frames) and all(map(_near, frames, wanted))
+
+    def _holds(self, command: int, frames: Sequence[Frame]) -> bool:
+        wanted = self.wanted(command)
+        return any(
+            all(_near(one, self.rest) for one in frames[:at])
+            and all(map(_near, frames[at:], wanted))
+            and all(_near(one, wanted[-1]) for one in frames[at + len(wanted) :])
+            for at in range(len(frames) - len(wanted) + 1)
+        )
 
     def _nearest(self, frames: Sequence[Frame]) -> str:
         """Say where the movement that fits longest is left."""
@@ -171,6 +196,27 @@ class Train:
     def counts(self) -> list[int]:
         """Return how many pulses each servo had."""
         return [len(one) for one in self.pulses]
+
+    def cut(self, times_ns: Sequence[int]) -> list["Train"]:
+        """Return what lies between these times, and behind the last; whole frames alone.
+
+        A frame belongs where its first servo's pulse begins.
+        """
+        whole = [one[: min(self.counts())] for one in self.pulses]
+        ends = [*times_ns[1:], whole[0][-1].start_ns + 1 if whole[0] else 0]
+        return [
+            Train(
+                tuple(
+                    tuple(
+                        pulse
+                        for pulse, first in zip(one, whole[0], strict=True)
+                        if begin_ns <= first.start_ns < end_ns
+                    )
+                    for one in whole
+                )
+            )
+            for begin_ns, end_ns in zip(times_ns, ends, strict=True)
+        ]
 
     def frames(self) -> list[Frame] | None:
         """Return the frames; None where a servo lacks a pulse or has one too many."""

@@ -335,6 +335,15 @@ def test_a_store_cuts_where_it_must(made: Expression, write: Token, line: str) -
     assert writer.lines[-1].strip() == line
 
 
+def test_a_latch_is_written_where_no_pin_of_it_is_an_output() -> None:
+    writer = writer_of()
+    writer.store((Token(Kind.WRITE, 6, 4),), writer.value((W0,)))
+    assert [line.strip() for line in writer.lines] == [
+        f"if p.directions & 3840: return {LEFT!r}",
+        "p.latch = p.latch & 61695 | (r[3] & 15) << 8",
+    ]
+
+
 def test_another_word_for_true_is_left_to_the_table() -> None:
     writer = Writer(replace(CHOICES, true_word=1))
     assert writer.value((W0, W1, operator(0x1C))).code == "b28(r[3], r[4])"

@@ -237,7 +237,7 @@ def test_button(
 
 
 def test_button_makes_its_pin_an_input(tokenizer: Tokenizer) -> None:
-    made = chip_of(tokenizer, "k VAR Byte\nDIRS = $FFFF\nBUTTON 2, 0, 255, 0, k, 1, on\non: STOP")
+    made = chip_of(tokenizer, "k VAR Byte\nDIRS = $FFFF\nBUTTON 2, 0, 255, 0, k, 1, done\ndone: STOP")
     made.run(SECOND_NS)
     assert made.registers["DIRS"] == 0xFFFB
 

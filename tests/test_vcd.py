@@ -11,6 +11,7 @@ import pytest
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_file import parse_bench
 from cgagen.emulator.clock import Clock
+from cgagen.emulator.parts.signal import Signal
 from cgagen.emulator.parts.uart import Uart
 from cgagen.emulator.recording import record_bench
 from cgagen.emulator.vcd import Waveform, waveform_file
@@ -229,3 +230,21 @@ def test_wires_to_record_can_be_chosen(tokenizer: Tokenizer, tmp_path: Path) -> 
     with pytest.raises(BenchError, match="lad: no such wire; did you mean led"):
         with record_bench(tmp_path / "u.vcd", bench, ["lad"]):
             pass
+
+
+def test_it_goes_on_behind_a_restore() -> None:
+    """The file's time never goes back; every wire is at its level of that moment."""
+    bench, file = Bench(), io.StringIO()
+    part = bench.add_part(Signal("tester", bench.clock, bench.end("tester.out"), 0))
+    wire = bench.connect("line", "tester.out")
+    before = bench.snapshot()
+    with Waveform(file, bench.clock, {"line": wire}) as waveform:
+        bench.on_restore.append(waveform.rejoin)
+        for _ in range(2):
+            bench.run(bench.clock.now_ns + 5)
+            part.set(1)
+            bench.run(bench.clock.now_ns + 5)
+            bench.restore(before)
+        bench.run(bench.clock.now_ns + 7)
+    told = file.getvalue().partition("$dumpvars")[2].split()
+    assert told[told.index("#5") :] == ["#5", "1!", "#10", "0!", "#15", "1!", "#20", "0!", "#27"]

@@ -38,6 +38,7 @@ class Bench:
         wires: those with a name of their own.
         floated: pins that were read while nobody drove or pulled them, such as "main.P7".
         on_floating: told each of them when it happens.
+        on_restore: told, each of them, when the bench has gone back, and from which time.
 
     >>> from cgagen.emulator.parts.whisker import Whisker
     >>> bench = Bench()
@@ -53,6 +54,7 @@ class Bench:
         self.wires: dict[str, Wire] = {}
         self.floated: list[str] = []
         self.on_floating: Callable[[str], None] = _nothing
+        self.on_restore: list[Callable[[int], None]] = []
         self._ends: dict[str, Wire] = {}
         self._on: dict[str, str] = {}
 
@@ -249,6 +251,7 @@ class Bench:
             raise BenchError(
                 "the snapshot is of a bench with other parts or chips; take another one"
             )
+        left_ns = self.clock.now_ns
         self.clock.restore(state.clock)
         for wire, before in state.wires:
             wire.restore(before)
@@ -256,6 +259,8 @@ class Bench:
             self.parts[name].restore(part_state)
         for name, chip_state in state.chips:
             self.chips[name].restore(chip_state)
+        for told in self.on_restore:
+            told(left_ns)
 
     def _all_wires(self) -> list[Wire]:
         return [*self.wires.values(), *self._ends.values()]

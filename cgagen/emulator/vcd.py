@@ -50,14 +50,17 @@ class Waveform:
         self._file = file
         self._clock = clock
         self._newest_ns = clock.now_ns
+        self._ahead_ns = 0
         self._writer = VCDWriter(
             file, timescale="1 ns", date="", version="cgagen", init_timestamp=clock.now_ns
         )
         self._stops = []
+        self._wires: list[tuple[Wire, Variable[Any]]] = []
         places = _places([*wires, *numbers])
         for name, wire in wires.items():
             variable = self._writer.register_var(*places[name], "wire", 1, _shown(wire.level))
             self._stops.append(wire.listen(self._listener(variable)))
+            self._wires.append((wire, variable))
         self._numbers = {
             name: self._writer.register_var(*places[name], "real", init=0.0) for name in numbers
         }
@@ -70,12 +73,25 @@ class Waveform:
         """
         self._change(self._numbers[name], float(value))
 
+    def rejoin(self, left_ns: int) -> None:
+        """Go on behind what is written, after the bench was put back to another moment.
+
+        The file's time runs on while the bench's begins again there. For `Bench.on_restore`.
+
+        Args:
+            left_ns: the bench's time before.
+        """
+        self._newest_ns = max(self._newest_ns, left_ns + self._ahead_ns)
+        self._ahead_ns = self._newest_ns - self._clock.now_ns
+        for wire, variable in self._wires:
+            self._change(variable, _shown(wire.level))
+
     def close(self) -> None:
         """Write the present time as the end. Harmless when repeated."""
         for stop in self._stops:
             stop()
         self._stops.clear()
-        self._writer.close(max(self._clock.now_ns, self._newest_ns))
+        self._writer.close(max(self._clock.now_ns + self._ahead_ns, self._newest_ns))
 
     def __enter__(self) -> Self:
         return self
@@ -92,11 +108,11 @@ class Waveform:
         return _Listener(self, variable)
 
     def _change(self, variable: "Variable[Any]", value: float | str) -> None:
-        now_ns = self._clock.now_ns
+        now_ns = self._clock.now_ns + self._ahead_ns
         if now_ns < self._newest_ns:
             raise BenchError(
                 f"the bench went back to {now_ns} ns while a waveform was at {self._newest_ns} "
-                "ns; close the waveform before a restore"
+                "ns; close the waveform before a restore, or rejoin it behind"
             )
         self._newest_ns = now_ns
         try:

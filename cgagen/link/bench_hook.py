@@ -44,7 +44,7 @@ from cgagen.bench_protocol import (
     request_text,
 )
 from cgagen.errors import IdentityError, RigError, TargetTimeout
-from cgagen.link.port import PortLock, open_port
+from cgagen.link.port import PortLock, open_port, reset_by_dtr
 from cgagen.stamp.chips import EEPROM_BYTES
 
 __all__ = ["BenchHook", "banner_in"]
@@ -64,14 +64,15 @@ WALK_S = 20.0
 DUMP_S = 60.0
 """The whole EEPROM takes 26 s from a BS2."""
 
+BANNER_PIECE = 128
+"""Bytes that are read at a time in search of the banner, which lies among the first DATA: 1.6 s
+from a BS2. Choice."""
+
 LIFE_S = 1.0
 """A chip from which something came so short a time ago lives: it prompts every 50 ms. Choice."""
 
 UNHEARD_PROMPTS = 2
 """So many prompts after a request without an answer: it was not heard."""
-
-ATN_S = 0.05
-"""How long DTR is held for a reset. Choice."""
 
 
 class BenchHook:
@@ -142,16 +143,7 @@ class BenchHook:
         Raises:
             RigError: this port has no DTR, or no banner of ours follows.
         """
-        port = self._opened()
-        try:
-            port.reset_input_buffer()
-            port.dtr = True
-            time.sleep(ATN_S)
-            port.dtr = False
-        except (OSError, serial.SerialException) as error:
-            raise RigError(
-                f"{self.port}: has no DTR to reset the Stamp with; reset it by hand"
-            ) from error
+        reset_by_dtr(self.port, self._opened())
         self.greeting = None
         line, deadline = "", time.monotonic() + HELLO_S
         while self.greeting is None and time.monotonic() < deadline:
@@ -260,17 +252,20 @@ class BenchHook:
         raise RigError(f"{self.port}: its EEPROM could not be read whole; look at the cable")
 
     def banner(self) -> Banner:
-        """Return what the chip's EEPROM says that it is, from its dump.
+        """Return what the chip's EEPROM says that it is; no more of it is read than that takes.
 
         Raises:
             IdentityError: it holds no banner of ours.
         """
-        found = banner_in(self.dump())
-        if found is None:
-            raise IdentityError(
-                f"{self.port}: no banner of cgagen's firmware in the chip; load the build first"
-            )
-        return found
+        read = b""
+        for first in range(0, EEPROM_BYTES, BANNER_PIECE):
+            read += self.dump(first, first + BANNER_PIECE - 1)
+            found = banner_in(read)
+            if found is not None:
+                return found
+        raise IdentityError(
+            f"{self.port}: no banner of cgagen's firmware in the chip; load the build first"
+        )
 
     # -- Talking ------------------------------------------------------------------------------
 

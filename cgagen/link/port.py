@@ -3,6 +3,9 @@
 import fcntl
 import os
 import tempfile
+import termios
+import time
+import warnings
 from contextlib import suppress
 from pathlib import Path
 from typing import IO
@@ -19,6 +22,9 @@ READ_S = 0.05
 
 WRITE_S = 2.0
 """How long one write may take. Choice."""
+
+ATN_S = 0.05
+"""How long DTR is held for a reset; 2 ms are enough. Choice."""
 
 
 class PortLock:
@@ -80,7 +86,35 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
             port.exclusive, port.write_timeout = True, WRITE_S
         with suppress(OSError, ValueError):
             port.dtr, port.rts = False, False
-        port.open()
+        with warnings.catch_warnings():
+            # pyserial 3.5 starts the thread of rfc2217:// in a way that Python 3.10 deprecates.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            port.open()
     except (OSError, ValueError, serial.SerialException) as error:
         raise RigError(f"{name}: cannot be opened: {why_closed(name, error)}") from error
     return port
+
+
+def reset_by_dtr(name: str, port: serial.SerialBase) -> None:
+    """Pulse ATN, which resets a Stamp; what was received before is forgotten.
+
+    Raises:
+        RigError: this port has no DTR.
+    """
+    try:
+        port.reset_input_buffer()
+        port.dtr = True
+        time.sleep(ATN_S)
+        port.dtr = False
+    except (OSError, serial.SerialException) as error:
+        raise RigError(f"{name}: has no DTR to reset the Stamp with; reset it by hand") from error
+
+
+def close_port(port: serial.SerialBase) -> None:
+    """Close a port, whatever state it is in; one that is gone closes, too."""
+    # pyserial 3.5 forgets the socket of rfc2217:// when the other end has gone first.
+    forgotten = getattr(port, "_socket", None)
+    with suppress(OSError, ValueError, termios.error):
+        port.close()
+    if forgotten is not None:
+        forgotten.close()

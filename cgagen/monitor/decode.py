@@ -19,8 +19,8 @@ from cgagen.bench_protocol import (
     parse_banner,
 )
 from cgagen.counts import NO_ECHO_COUNT, UNLIT_COUNT
-from cgagen.robot import Robot, Sonar
-from cgagen.telemetry import Telemetry, parse_telemetry
+from cgagen.robot import Robot, Sonar, load_robot, shipped
+from cgagen.telemetry import Telemetry, parse_telemetry, role_in
 from cgagen.words import COMMANDS, GENES, Role, situation_name, situations_of
 
 LONGEST_LINE = 200
@@ -50,17 +50,20 @@ class Line(NamedTuple):
     Attributes:
         text: in words; the line itself where it is none of the firmware's.
         data: likewise for a program, with its `kind` first.
+        said: what a line of telemetry says; None for others.
     """
 
     text: str
     data: dict[str, Any]
+    said: Telemetry | None = None
 
 
 class Decoder:
     r"""Turns what a main or locomotion controller sends into lines in words.
 
     Args:
-        robot: whose counts they are.
+        robot: whose counts they are; None for the robot that ships and is named by the banner,
+            or, where it has been walking for long, has such telemetry.
 
     >>> from cgagen.robot import load_robot
     >>> decoder = Decoder(load_robot("servobot-predator"))
@@ -74,8 +77,9 @@ class Decoder:
     ['fault REFUSED: no locomotion controller has accepted the command']
     """
 
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
+    def __init__(self, robot: Robot | None) -> None:
+        self.robot = robot or load_robot(f"servobot-{Role.PREDATOR}")
+        self._follows = robot is None
         self._text = ""
 
     def lines(self, data: bytes) -> Iterator[Line]:
@@ -83,9 +87,18 @@ class Decoder:
         *whole, self._text = (self._text + data.decode("latin-1")).split(END)
         self._text = self._text[-LONGEST_LINE:]
         for text in whole:
+            if self._follows:
+                self._follow(text)
             line = self._line(text)
             if line is not None:
                 yield line
+
+    def _follow(self, text: str) -> None:
+        banner, role = parse_banner(text), role_in(text)
+        if banner is not None and banner.robot in shipped("robot"):
+            self.robot = load_robot(banner.robot)
+        elif role is not None and role is not self.robot.role:
+            self.robot = load_robot(f"servobot-{role}")
 
     def _line(self, text: str) -> Line | None:
         if TELEMETRY in text:
@@ -126,7 +139,7 @@ class Decoder:
         why = _reason(robot, said.state)
         data |= {"situation": why, "movement": movement}
         parts.append(f"{why}: state {said.state}, {movement}")
-        return Line(f"{said.number}: {'; '.join(parts)}", data)
+        return Line(f"{said.number}: {'; '.join(parts)}", data, said)
 
 
 def _signed(kind: str, word: str) -> Line:

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import click
 
@@ -13,17 +13,13 @@ from cgagen.errors import FolderError, StorageError
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.emulate import TimeType
 
-if TYPE_CHECKING:
-    from cgagen.monitor.decode import Decoder, Line
-
-ATN_S = 0.05
-"""How long DTR is held for a reset. Choice; the manual asks for 2 ms at least."""
+PORT_HELP = "A device, id:SERIAL, a URL of pyserial's, or auto: the only USB adapter there is."
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
 
 @click.command("monitor")
-@click.option("--port", required=True, metavar="PORT", help="A device, or a URL of pyserial's.")
+@click.option("--port", default="auto", show_default=True, metavar="PORT", help=PORT_HELP)
 @click.option("--baud", type=click.IntRange(300, 230_400), default=9600, show_default=True)
 @click.option("--raw", is_flag=True, help="Bytes as they come, on a terminal, too.")
 @click.option("--timestamps", is_flag=True, help="Seconds since the start before every line.")
@@ -44,7 +40,8 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
     With --decode, lines of our firmware are shown in words: readings in inches, situations,
     movements and faults.
     """
-    from cgagen.link.port import PortLock, open_port
+    from cgagen.link.port import PortLock, open_port, reset_by_dtr
+    from cgagen.link.ports import choose_port
     from cgagen.monitor import Listener, listen
     from cgagen.verbs.keyboard import from_stdin, from_text
 
@@ -52,6 +49,7 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
         raise click.UsageError("--robot is for --decode; give both")
     if given["decode"] and (given["raw"] or (given["timestamps"] and console.as_json)):
         raise click.UsageError("--decode is lines in words; leave out --raw, and --timestamps")
+    port = choose_port(port)
     began_s = time.monotonic()
     sinks = [_shown(console, given, lambda: time.monotonic() - began_s)]
     text = given["text"]
@@ -64,7 +62,7 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
             wire = open_port(port, given["baud"])
             try:
                 if given["reset"]:
-                    _reset(port, wire)
+                    reset_by_dtr(port, wire)
                 listener = Listener(port, wire, sinks, console.note)
                 limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
                 listen(
@@ -132,44 +130,15 @@ def _decoded(
     from cgagen.monitor import Decoder
     from cgagen.robot import load_robot
 
-    decoder = Decoder(load_robot(given["robot"] or "servobot-predator"))
+    decoder = Decoder(load_robot(given["robot"]) if given["robot"] else None)
 
     def write(data: bytes) -> None:
-        for one in list(decoder.lines(data)):
-            line = one if given["robot"] else _followed(decoder, one)
+        for line in decoder.lines(data):
             stamp = f"[{now_s():9.3f}] " if given["timestamps"] else ""
             console.result(line.data, stamp + line.text)
             sys.stdout.flush()
 
     return write
-
-
-def _followed(decoder: "Decoder", line: "Line") -> "Line":
-    """Read the lines of a robot that ships as that robot's, once it has said which it is.
-
-    A robot that has been walking for long says no banner, but its telemetry tells its role.
-    """
-    from cgagen.bench_protocol import END
-    from cgagen.robot import load_robot, shipped
-    from cgagen.telemetry import role_in
-
-    if line.data["kind"] == "banner" and line.data["robot"] in shipped("robot"):
-        decoder.robot = load_robot(line.data["robot"])
-    elif line.data["kind"] == "text" and (role := role_in(line.data["text"])):
-        decoder.robot = load_robot(f"servobot-{role}")
-        return next(decoder.lines((line.data["text"] + END).encode()), line)
-    return line
-
-
-def _reset(name: str, wire: Any) -> None:
-    from cgagen.errors import RigError
-
-    try:
-        wire.dtr = True
-        time.sleep(ATN_S)
-        wire.dtr = False
-    except OSError as error:
-        raise RigError(f"{name}: has no DTR to reset the Stamp with; reset it by hand") from error
 
 
 @contextmanager

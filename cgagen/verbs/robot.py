@@ -1,0 +1,238 @@
+"""`cgagen robot`: a robot on the bench, worked through its programming ports."""
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.monitor import PORT_HELP
+from cgagen.words import Movement
+
+if TYPE_CHECKING:
+    from cgagen.bench_protocol import Banner
+    from cgagen.link.bench_hook import BenchHook
+    from cgagen.monitor.readings import Readings
+
+TABLE_READINGS = 10
+"""Readings of a marked distance, where nothing else is said. Choice."""
+
+PORT = click.option("--port", default="auto", show_default=True, metavar="PORT", help=PORT_HELP)
+RESET = click.option("--reset", is_flag=True, help="Reset the Stamp by DTR first.")
+ROBOT = click.option("--robot", metavar="NAME|FILE", help="Default: the one its banner names.")
+
+
+@click.group("robot")
+def robot_verb() -> None:
+    """Work a robot on the bench: centre its servos, walk a movement, read its sensors.
+
+    `centre` and `move` want the locomotion controller's port, `sensors` the main controller's. A
+    Stamp listens for half a second after a reset, so press its button, or give --reset.
+    """
+
+
+@robot_verb.command("centre")
+@PORT
+@RESET
+@with_console
+def centre_verb(console: Console, /, port: str, reset: bool) -> None:
+    """Put all legs down and straight out, and hold them there.
+
+    The time to put the horns on the servos, and to find [servo.trim_counts] of the robot's file.
+    The robot stays so until it is reset.
+    """
+    with _hook(port, reset) as hook:
+        banner = _locomotion(hook)
+        hook.centre()
+    console.result(
+        {"robot": banner.robot, "centred": True},
+        f"{banner.robot}: all twelve servos are centred, and stay so until a reset",
+    )
+
+
+@robot_verb.command("move")
+@click.argument("movement", type=click.Choice(tuple(Movement), case_sensitive=False))
+@click.option("--cycles", type=click.IntRange(1, 1_000), default=1, show_default=True)
+@PORT
+@RESET
+@ROBOT
+@with_console
+def move_verb(
+    console: Console, /, movement: str, cycles: int, port: str, reset: bool, robot: str | None
+) -> None:
+    """Walk some gait cycles of a MOVEMENT, and stand still again.
+
+    Mark the place before, and measure: a line for `cgagen calibrate` is printed.
+    """
+    with _hook(port, reset) as hook:
+        banner = _locomotion(hook)
+        command = _command(movement, banner, robot)
+        for cycle in range(1, cycles + 1):
+            console.note(f"{movement}: cycle {cycle} of {cycles}")
+            hook.move(command)
+    row = f"{movement},{cycles},along,right,turn"
+    console.result(
+        {"robot": banner.robot, "movement": movement, "command": command, "cycles": cycles},
+        f"{banner.robot}: walked {movement} {cycles} times, and stands\n"
+        f"for calibrate: movement,cycles,along_in,right_in,turn_deg\n               {row}",
+    )
+
+
+@robot_verb.command("sensors")
+@PORT
+@RESET
+@ROBOT
+@click.option("--readings", type=click.IntRange(1, 100_000), help="Stop after so many.")
+@click.option("--sensor", metavar="NAME", help="With --table: the sensor that faces the mark.")
+@click.option("--distance", type=click.FloatRange(0), metavar="IN", help="Likewise: how far it is.")
+@click.option(
+    "--table",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Add a line for each reading to a table for `cgagen calibrate`.",
+)
+@with_console
+def sensors_verb(console: Console, /, port: str, robot: str | None, **given: Any) -> None:
+    """Show what the sensors of a robot count, decision by decision; Ctrl-C ends it.
+
+    The main controller senses as it always does, so its robot walks: switch the locomotion
+    controller off, or put the robot on a stand. The robot's file must have `telemetry = true`.
+    """
+    from cgagen.monitor import Decoder
+    from cgagen.monitor.readings import Readings, decisions, sensor_names
+    from cgagen.robot import load_robot
+
+    recorded = (given["sensor"], given["distance"], given["table"])
+    if any(one is not None for one in recorded) and None in recorded:
+        raise click.UsageError("--sensor, --distance and --table belong together; give all three")
+    limit = given["readings"] or (TABLE_READINGS if given["table"] else None)
+    decoder = Decoder(load_robot(robot) if robot else None)
+    found: Readings | None = None
+    with _port(port, given["reset"]) as (name, wire):
+        try:
+            for line, said in decisions(name, wire, decoder):
+                if found is None:
+                    _refuse_unknown(given["sensor"], sensor_names(decoder.robot))
+                    found = Readings(decoder.robot)
+                found.add(said)
+                console.note(line.text)
+                if found.decisions == limit:
+                    break
+        except KeyboardInterrupt:
+            console.note("")
+    if given["table"] and found is not None:
+        _append(given["table"], given["sensor"], given["distance"], found)
+    console.result(_data(found), _text(found))
+
+
+def _hook(port: str, reset: bool) -> "BenchHook":
+    """Return the conversation, opened by `with`; says hello when it is entered."""
+    from cgagen.link.bench_hook import BenchHook
+    from cgagen.link.ports import choose_port
+
+    class Greeted(BenchHook):
+        def open(self) -> None:
+            super().open()
+            try:
+                if reset:
+                    self.reset()
+                self.hello()
+            except BaseException:
+                self.close()
+                raise
+
+    return Greeted(choose_port(port))
+
+
+def _locomotion(hook: "BenchHook") -> "Banner":
+    """Return who answers; it has to be a locomotion controller."""
+    from cgagen.errors import IdentityError
+
+    banner = hook.greeting or hook.banner()
+    if banner.chip != "locomotion":
+        raise IdentityError(
+            f"{hook.port}: the {banner.chip} controller is behind it; give the locomotion "
+            "controller's port"
+        )
+    return banner
+
+
+def _command(movement: str, banner: "Banner", robot: str | None) -> int:
+    """Return the command for a movement of the robot at hand."""
+    from cgagen.robot import load_robot, shipped
+    from cgagen.words import COMMANDS
+
+    if robot is None and banner.robot not in shipped("robot"):
+        raise click.UsageError(
+            f"--robot: {banner.robot} does not ship with cgagen; give its file, which says whether "
+            "it is a predator or a prey"
+        )
+    body = load_robot(robot or banner.robot)
+    commands = COMMANDS[body.role]
+    if movement not in commands:
+        raise click.UsageError(
+            f"MOVEMENT: a {body.role} cannot {movement}; it can {', '.join(commands)}"
+        )
+    return commands.index(Movement(movement))
+
+
+@contextmanager
+def _port(name: str, reset: bool) -> "Iterator[tuple[str, Any]]":
+    """Open a port under its lock."""
+    from cgagen.link.port import PortLock, open_port, reset_by_dtr
+    from cgagen.link.ports import choose_port
+
+    chosen = choose_port(name)
+    lock = PortLock(chosen)
+    lock.take()
+    try:
+        with closing(open_port(chosen)) as wire:
+            if reset:
+                reset_by_dtr(chosen, wire)
+            yield chosen, wire
+    finally:
+        lock.release()
+
+
+def _refuse_unknown(sensor: str | None, names: tuple[str, ...]) -> None:
+    if sensor is not None and sensor not in names:
+        raise click.UsageError(f"--sensor: {sensor} is not one of {', '.join(names)}")
+
+
+def _append(path: Path, sensor: str, distance_in: float, found: "Readings") -> None:
+    """Add lines to a table, with its header where it is new."""
+    from cgagen.calibrate import HEADERS
+    from cgagen.errors import StorageError
+
+    rows = [f"{sensor},{distance_in:g},{count}" for count in found.counts(sensor)]
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            lines = rows if file.tell() else [HEADERS[1], *rows]
+            file.write("".join(line + "\n" for line in lines))
+    except OSError as error:
+        raise StorageError(
+            f"{path}: cannot be written ({error.strerror}); choose another"
+        ) from error
+
+
+def _text(found: "Readings | None") -> str:
+    if found is None:
+        return "no decision was heard"
+    lines = ["{:<14}{:>8}{:>10}{:>8}".format("sensor", "least", "mean", "most")]
+    for name in found.names:
+        seen = found.seen(name)
+        lines.append(f"{name:<14}{seen.low:>8}{seen.mean:>10.1f}{seen.high:>8}")
+    touched = ", ".join(f"{side} {count}" for side, count in found.touched.items())
+    return "\n".join([*lines, f"decisions: {found.decisions}; antennas touched: {touched}"])
+
+
+def _data(found: "Readings | None") -> dict[str, Any]:
+    if found is None:
+        return {"decisions": 0}
+    return {
+        "decisions": found.decisions,
+        "sensors": {name: found.seen(name)._asdict() for name in found.names},
+        "touched": found.touched,
+    }

@@ -85,10 +85,19 @@ def _ranges(blocks: tuple[int, ...]) -> str:
     >>> _ranges((0, 1, 2, 7, 126, 127))
     '0-2, 7, 126-127'
     """
-    runs: list[list[int]] = []
+    return ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in runs(blocks))
+
+
+def runs(blocks: tuple[int, ...]) -> list[tuple[int, int]]:
+    """Return neighbouring blocks as first and last of each run.
+
+    >>> runs((0, 1, 2, 7, 126, 127))
+    [(0, 2), (7, 7), (126, 127)]
+    """
+    found: list[tuple[int, int]] = []
     for block in blocks:
-        if runs and block == runs[-1][1] + 1:
-            runs[-1][1] = block
+        if found and block == found[-1][1] + 1:
+            found[-1] = (found[-1][0], block)
         else:
-            runs.append([block, block])
-    return ", ".join(f"{a}" if a == b else f"{a}-{b}" for a, b in runs)
+            found.append((block, block))
+    return found

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cgagen.errors import CgagenError, FlashError, RigError
 from cgagen.flash.diagnoses import HALF, UNSTARTED, sentence_of
@@ -12,7 +12,8 @@ from cgagen.flash.line import LOST, Clock, Line, WallClock
 from cgagen.flash.modules import Module
 from cgagen.flash.plan import Plan, plan_of
 from cgagen.flash.requests import Progress, Restart, TroubleError
-from cgagen.link.port import PortLock, open_port
+from cgagen.flash.verify import read_back, refuse_mute
+from cgagen.link.port import PortLock, close_port, open_port
 from cgagen.stamp.image import Image
 
 REMOTE_LATENCY_S = 0.25
@@ -68,8 +69,11 @@ def flash_image(
         FlashError: the download had begun and did not end well.
     """
     plan = plan_of(image)
+    if verify:
+        refuse_mute(image)
     with opened(port_name) as line:
-        return program(line, port_name, plan, progress)
+        report = program(line, port_name, plan, progress)
+    return replace(report, verified=read_back(port_name, plan)) if verify else report
 
 
 def identify_port(port_name: str) -> Module:
@@ -157,8 +161,7 @@ def opened(port_name: str, clock: Clock | None = None) -> Iterator[Line]:
         try:
             yield Line(port, clock or WallClock(), REMOTE_LATENCY_S * ("://" in port_name))
         finally:
-            with suppress(*LOST):
-                port.close()
+            close_port(port)
     finally:
         lock.release()
 

@@ -18,6 +18,9 @@ CHOICES = "auto, a device such as /dev/ttyUSB0, id:SERIAL, rfc2217://HOST:PORT, 
 """What `--port` takes, in the words of its help."""
 
 
+NONE = "this machine has no serial port: plug the adapter in (a container sees none)"
+
+
 @dataclass(frozen=True, slots=True)
 class PortInfo:
     """A port of this machine.
@@ -128,5 +131,5 @@ def _the_only(known: Sequence[PortInfo], answers: Answers | None) -> str:
 def _listed(known: Iterable[PortInfo]) -> str:
     text = ", ".join(port.to_text() for port in known)
     if not text:
-        return "this machine has no serial port: plug the adapter in (a container sees none)"
+        return NONE
     return f"the ports are {text}"

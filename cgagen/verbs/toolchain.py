@@ -1,11 +1,15 @@
-"""`cgagen setup` and `cgagen doctor`: the tools that compile PBASIC."""
+"""`cgagen setup` and `cgagen doctor`: the tools that compile PBASIC, and the ports."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.environment import TOOLCHAIN
+
+if TYPE_CHECKING:
+    from cgagen.tokenizer.doctor import Check
 
 
 @click.command("setup", epilog=TOOLCHAIN)
@@ -37,14 +41,15 @@ def setup_verb(console: Console, offline: Path | None, force: bool) -> None:
 def doctor_verb(context: click.Context) -> None:
     """Say line by line what this machine has, what is missing, and how to mend it.
 
-    Exit code 4 if something is missing without which nothing compiles.
+    Serial ports are looked at and not opened, so nothing is reset. Exit code 4 if something is
+    missing without which nothing compiles.
     """
     from dataclasses import asdict
 
     from cgagen.errors import ToolchainError
     from cgagen.tokenizer.doctor import examine
 
-    checks = examine()
+    checks = (*examine(), *_ports())
     healthy = all(check.ok for check in checks if check.needed)
     console: Console = context.obj
     console.result(
@@ -52,3 +57,13 @@ def doctor_verb(context: click.Context) -> None:
         "\n".join(check.to_text() for check in checks),
     )
     context.exit(0 if healthy else ToolchainError.exit_code)
+
+
+def _ports() -> "list[Check]":
+    """Return a check for each serial port; no compile needs one."""
+    from cgagen.link.condition import all_conditions
+    from cgagen.link.ports import NONE
+    from cgagen.tokenizer.doctor import Check
+
+    found = [Check(f"port {one.port.device}", one.ok, False, one.says) for one in all_conditions()]
+    return found or [Check("ports", False, False, NONE)]

@@ -1,0 +1,337 @@
+"""`cgagen flash` and `cgagen ports`, against emulated Stamps behind real sockets."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from cgagen.build import flashing, read_image
+from cgagen.build.checked import checked_images
+from cgagen.cli import main
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.host_port import HostPort
+from cgagen.emulator.programs import bench_of_image
+from cgagen.errors import FlashError, RigError
+from cgagen.flash import flash_image, identify_port, plan_of
+from cgagen.flash import programmer as programmer_module
+from cgagen.flash.line import Line
+from cgagen.flash.programmer import program
+from cgagen.flash.verify import read_back
+from cgagen.link import ports as ports_module
+from cgagen.link.ports import PortInfo
+from cgagen.robot import load_robot
+from cgagen.serve import Server, serve
+from cgagen.stamp.chips import chip
+from cgagen.stamp.image import Image
+from hil.emulated import robot_bench
+
+PREDATOR = Path(__file__).parent.parent / "firmware" / "predator"
+CHIPS = ("main", "locomotion")
+MODELS = {"main": "BS2p", "locomotion": "BS2"}
+
+
+def blank(model: str) -> Image:
+    """A chip from the shop: its program is an END."""
+    return Image(chip(model), bytes(2048))
+
+
+def blank_robot() -> Bench:
+    return robot_bench(
+        load_robot("servobot-predator"), {name: blank(MODELS[name]) for name in CHIPS}
+    )
+
+
+@contextmanager
+def robot() -> Iterator[tuple[Bench, dict[str, str]]]:
+    """An emulated robot with blank chips, both ports served."""
+    bench = blank_robot()
+    with serve(bench, dict.fromkeys(CHIPS, "rfc2217:0")) as server:
+        yield bench, {name: one.url for name, one in zip(CHIPS, server.endpoints, strict=True)}
+    assert server.failure is None
+
+
+def holds(bench: Bench, name: str, image: Image) -> bool:
+    eeprom = bench.chip(name).machine.memory.slots[0].frozen()
+    plan = plan_of(image)
+    return all(
+        eeprom[place] == image.eeprom[place]
+        for block in plan.blocks
+        for place in range(16 * block, 16 * block + 16)
+    )
+
+
+# -- In process: the two that were written from the documents apart ---------------------------
+
+
+@pytest.mark.parametrize("name", CHIPS)
+def test_the_emulated_loader_and_the_programmer_agree(name: str) -> None:
+    image = read_image(PREDATOR, name)
+    port = HostPort(bench_of_image(blank(image.model.name)), timeout=0.05)
+    report = program(Line(port, port), "emulated", plan_of(image))
+    assert (report.attempts, report.talks) == (1, True)
+    assert holds(port.bench, "main", image)
+    assert port.faults == []
+    letter = {"main": "M", "locomotion": "L"}[name]
+    port.timeout = 1.0
+    assert f"1 {letter} servobot-predator" in port.read(40).decode()
+
+
+@pytest.mark.parametrize(
+    ("model", "legs"),
+    [("BS2", 24), ("BS2e", 24), ("BS2sx", 24), ("BS2p", 24), ("BS2p", 40), ("BS2pe", 40)],
+)
+def test_the_emulated_loader_takes_every_slot_of_every_model(model: str, legs: int) -> None:
+    row = chip(model)
+    port = HostPort(bench_of_image(blank(model)), timeout=0.05, legs=legs)
+    for slot in {0, 1, row.slots - 1} & set(range(row.slots)):
+        eeprom = bytes((slot + place) % 251 for place in range(2044)) + bytes(4)
+        image = Image(row, eeprom, slot=slot)
+        report = program(Line(port, port), "emulated", plan_of(image))
+        assert report.module.pins == legs
+        memory = port.bench.chip("main").machine.memory
+        assert memory.slots[slot].frozen() == eeprom
+
+
+# -- Over RFC 2217 ----------------------------------------------------------------------------
+
+
+def test_both_stamps_are_programmed_verified_and_run(capsys: pytest.CaptureFixture[str]) -> None:
+    with robot() as (bench, urls):
+        words = ["--main", urls["main"], "--locomotion", urls["locomotion"]]
+        assert main(["--json", "flash", str(PREDATOR), *words, "--verify"]) == 0
+        for name, image in checked_images(PREDATOR).items():
+            assert holds(bench, name, image)
+    told = json.loads(capsys.readouterr().out)
+    assert told["main"]["module"] == "BS2p24"
+    assert told["locomotion"]["model"] == "BS2"
+    for name, image in checked_images(PREDATOR).items():
+        assert told[name]["verified_blocks"] == told[name]["blocks"] == len(plan_of(image).blocks)
+        assert told[name]["image"] == image.digest
+
+
+def test_the_ports_the_other_way_round(capsys: pytest.CaptureFixture[str]) -> None:
+    with robot() as (bench, urls):
+        words = ["--locomotion", urls["main"], "--main", urls["locomotion"]]
+        assert main(["flash", str(PREDATOR), *words]) == 7
+        assert not any(bench.chip(name).machine.memory.slots[0].frozen()[2047] for name in CHIPS)
+    err = capsys.readouterr().err
+    assert "nothing was sent: are the ports the other way round?" in err
+
+
+def test_which_port_is_which_is_asked(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with robot() as (bench, urls):
+        found = tuple(PortInfo(url, 0x0403, 0x6001) for url in sorted(urls.values()))
+        monkeypatch.setattr(flashing, "all_ports", lambda: found)
+        assert main(["flash", str(PREDATOR)]) == 0
+        assert holds(bench, "main", read_image(PREDATOR, "main"))
+        assert holds(bench, "locomotion", read_image(PREDATOR, "locomotion"))
+    out = capsys.readouterr().out
+    assert f"main: BS2p24 on {urls['main']} has taken all 76 packets" in out.replace("  ", " ")
+
+
+def test_one_image_of_a_build_on_the_port_that_has_its_model(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with robot() as (bench, urls):
+        found = tuple(PortInfo(url, 0x0403, 0x6001) for url in sorted(urls.values()))
+        monkeypatch.setattr(ports_module, "all_ports", lambda: found)
+        assert main(["flash", str(PREDATOR / "locomotion.bin")]) == 0
+        assert holds(bench, "locomotion", read_image(PREDATOR, "locomotion"))
+        assert main(["flash", "--identify-only", "--port", urls["main"]]) == 0
+    assert f"{urls['main']}: BS2p24, interpreter version 1.0" in capsys.readouterr().out
+
+
+def test_a_byte_that_is_not_what_was_sent_is_found() -> None:
+    """Verifying reads the chip, not the image."""
+    images = checked_images(PREDATOR)
+    image = images["main"]
+    bench = robot_bench(load_robot("servobot-predator"), images)
+    bench.chip("main").machine.memory.write(0, 60, image.eeprom[60] ^ 1)
+    with serve(bench, "rfc2217:0") as server, pytest.raises(FlashError, match="byte 60 of the EEP"):
+        read_back(server.url, plan_of(image))
+
+
+def test_a_port_that_is_taken_by_another_session() -> None:
+    with serve(bench_of_image(blank("BS2")), "rfc2217:0") as server:
+        with (
+            programmer_module.opened(server.url),
+            pytest.raises(RigError, match="another session of cgagen has this port"),
+        ):
+            identify_port(server.url)
+        assert identify_port(server.url).name == "BS2"
+
+
+def test_a_server_that_goes_away_in_the_middle() -> None:
+    server: Server
+    with serve(bench_of_image(blank("BS2")), "rfc2217:0") as server:
+
+        def pull(progress: object) -> None:
+            server.endpoints[0].lose()
+
+        with pytest.raises(FlashError, match="half a program"):
+            flash_image(server.url, read_image(PREDATOR, "locomotion"), progress=pull)
+
+
+def test_a_socket_without_dtr_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["flash", "--identify-only", "--port", "socket://127.0.0.1:1"]) == 7
+    assert "carries neither BREAK nor DTR" in capsys.readouterr().err
+
+
+# -- What is refused before a port is opened --------------------------------------------------
+
+
+@pytest.fixture
+def build(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(PREDATOR, tmp_path / "build"))
+
+
+def refused(words: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(["flash", *words, "--dry-run"]) == code
+    return capsys.readouterr().err
+
+
+def changed(path: Path, old: str, new: str) -> None:
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), "utf-8")
+
+
+def test_a_truncated_image(build: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = build / "main.bin"
+    path.write_bytes(path.read_bytes()[:2000])
+    assert "main.bin: an EEPROM image of a BS2p has 2048" in refused([str(build)], 3, capsys)
+    assert "this one has 2000" in refused([str(path)], 3, capsys)
+
+
+def test_a_changed_image(build: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = bytearray((build / "main.bin").read_bytes())
+    data[1500] ^= 1
+    (build / "main.bin").write_bytes(data)
+    assert "its digest is not the one in build.json" in refused([str(build)], 3, capsys)
+
+
+def test_another_genome(build: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (build / "best.genome").read_text("utf-8")
+    bits = next(line for line in text.splitlines() if line.strip().startswith(("0", "1")))
+    flipped = ("1" if bits.strip()[0] == "0" else "0") + bits.strip()[1:]
+    changed(build / "best.genome", bits.strip(), flipped)
+    assert "best.genome: its table has digest" in refused([str(build)], 3, capsys)
+
+
+def test_a_genome_that_build_json_alone_has(
+    build: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both files say the same, and the image says something else."""
+    import cgagen.build.checked as checked
+
+    record = json.loads((build / "build.json").read_text("utf-8"))
+    old = record["genome"]["digest"]
+    changed(build / "build.json", old, "f" * 64)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(checked, "_check_genome", lambda *_: None)
+        err = refused([str(build)], 3, capsys)
+    assert f"main.bin: says of itself that its genome is {old[:8]}" in err
+
+
+def test_an_edited_source(build: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    changed(build / "main.bsp", "PAUSE", "PAUSE ")
+    assert "main.bsp: is not what the images were made from" in refused([str(build)], 3, capsys)
+
+
+def test_an_image_for_another_model(build: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    err = refused([str(build / "main.bin"), "--model", "BS2"], 3, capsys)
+    assert "main.bin: was built for a BS2p, not for a BS2" in err
+
+
+def test_a_bare_image(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "x.bin"
+    path.write_bytes(bytes(2048))
+    assert "add --model with one of BS2, BS2e" in refused([str(path)], 2, capsys)
+    assert main(["flash", str(path), "--model", "bs2pe", "--slot", "3", "--dry-run"]) == 0
+    assert "slot byte 03h, 128 packets" in capsys.readouterr().out
+    assert "a BS2 has no program slot 1" in refused(
+        [str(path), "--model", "BS2", "--slot", "1"], 3, capsys
+    )
+    path.write_bytes(bytes(2049))
+    assert "x.bin: an EEPROM image" in refused([str(path), "--model", "BS2"], 3, capsys)
+    assert "cannot be read" in refused([str(tmp_path / "no.bin"), "--model", "BS2"], 3, capsys)
+
+
+def test_verify_of_another_program_is_refused_before_anything_is_sent(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "x.bin"
+    path.write_bytes(bytes(2048))
+    assert main(["flash", str(path), "--model", "BS2", "--verify", "--port", "/dev/no"]) == 3
+    assert "leave --verify out" in capsys.readouterr().err
+
+
+def test_words_that_do_not_go_together(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (
+        [],
+        ["--identify-only", str(PREDATOR)],
+        [str(PREDATOR), "--model", "BS2"],
+        [str(PREDATOR), "--port", "/dev/x"],
+        [str(PREDATOR / "main.bin"), "--main", "/dev/x"],
+    ):
+        assert main(["flash", *words]) == 2, words
+    assert main(["flash", str(PREDATOR), "--main", "/dev/x", "--locomotion", "/dev/x"]) == 7
+    assert "cannot be both chips" in capsys.readouterr().err
+
+
+def test_a_dry_run_says_exactly_the_marked_blocks(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--json", "flash", str(PREDATOR), "--dry-run"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    record = json.loads((PREDATOR / "build.json").read_text("utf-8"))
+    for name in CHIPS:
+        words = record["programs"][name]["blocks"]
+        marked = [number for number, word in enumerate(words) if word.startswith("+")]
+        assert told[name]["blocks"] == marked
+        assert all(sum(bytes.fromhex(packet)) % 256 == 0 for packet in told[name]["packets"])
+
+
+# -- cgagen ports, cgagen doctor --------------------------------------------------------------
+
+
+def test_ports_are_listed_with_what_is_behind_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from cgagen.link import condition
+
+    with robot() as (_, urls):
+        found = (
+            PortInfo(urls["main"], 0x0403, 0x6001, "A1", "FT232R"),
+            PortInfo("/dev/gone", 0x0403, 0x6001),
+        )
+        monkeypatch.setattr(condition, "all_ports", lambda: found)
+        monkeypatch.setattr(condition.os.path, "exists", lambda name: "://" in name)
+        monkeypatch.setattr(condition, "may_open", lambda name: True)
+        assert main(["ports"]) == 0
+        assert capsys.readouterr().out.splitlines() == [
+            f"{urls['main']} (0403:6001, id:A1, FT232R): free",
+            "/dev/gone (0403:6001): it is not there; look at the cable, and at `cgagen ports`",
+        ]
+        assert main(["--json", "ports", "--identify"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told[0]["found"]["module"] == "BS2p24"
+    assert told[1]["found"] is None
+
+
+def test_doctor_looks_at_ports_without_opening_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from cgagen.link import condition, port
+
+    def opened(*_: object) -> None:
+        raise AssertionError("doctor opens nothing")
+
+    monkeypatch.setattr(port, "open_port", opened)
+    monkeypatch.setattr(condition, "all_ports", lambda: (PortInfo("/dev/null"),))
+    monkeypatch.setattr(condition, "may_open", lambda name: False)
+    assert main(["doctor"]) == 0
+    assert "-       port /dev/null: you may not" in capsys.readouterr().out

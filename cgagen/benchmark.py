@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,15 +19,18 @@ from cgagen.build import make_build
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.parts.ping import Ping
+from cgagen.emulator.routine import Routine
+from cgagen.errors import TargetTimeout
 from cgagen.evolve import Settings, first_generation, next_generation
 from cgagen.genome import from_commands
-from cgagen.robot import load_arena, load_robot
+from cgagen.robot import Robot, load_arena, load_robot
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
 from hil.emulated import robot_bench
 from hil.registers import RegisterTarget
 from hil.stimuli import sample
-from hil.subject import subject_of
+from hil.subject import Subject, subject_of
+from hil.target import Stimulus
 from sim.model import World, with_distance, words_of
 from sim.numbers import Options
 from sim.scalar import play_scalar
@@ -155,9 +158,9 @@ def _chips() -> Iterator[Row]:
         readings = list(sample(robot, 2000))
         with RegisterTarget(subject, tokenizer.compile) as target:
             decisions = _best_rate(2000, lambda: target.decide_all(readings), time.thread_time)
-            lines = sum(len(target.trace(reading)) for reading in readings[:50]) / 50
+            instructions = _classifier_rate(robot, subject, target, readings)
     yield Row("decisions from a snapshot", decisions, "/s", "20,000")
-    yield Row("PBASIC lines of the classifier", decisions * lines / 1e6, "M/s", "1.5")
+    yield Row("PBASIC instructions of the classifier", instructions, "M/s", "1.5")
     bench = robot_bench(robot, subject.images)
     bench.run(2_000_000_000)
     whole = _best_rate(2, lambda: _run_on(bench, 2), time.thread_time)
@@ -166,6 +169,27 @@ def _chips() -> Iterator[Row]:
     alone.run(2_000_000_000)
     hunts = _best_rate(10, lambda: _run_on(alone, 10), time.thread_time)
     yield Row("an emulated BS2p24 that hunts", hunts, "x real", "100")
+
+
+def _classifier_rate(
+    robot: Robot, subject: Subject, target: RegisterTarget, readings: Sequence[Stimulus]
+) -> float:
+    """Return millions of instructions a second of `Decide` alone, with nothing around it."""
+    chip = robot_bench(robot, subject.images).chip("main")
+    if not chip.run_until(lambda: chip.pc == target.entry, 5_000_000_000):
+        raise TargetTimeout("the main controller never comes to Decide; build the robot anew")
+    routine = Routine(chip, chip.machine.memory.slots[chip.slot].header(chip.machine.gosubs[-1]))
+    calls = [target.registers(reading) for reading in readings]
+    instructions = 0
+    for words in calls:
+        routine.call(words)
+        instructions += routine.instructions
+
+    def run() -> None:
+        for words in calls:
+            routine.call(words)
+
+    return _best_rate(instructions / 1e6, run, time.thread_time)
 
 
 def _main_alone(image: Image) -> Bench:

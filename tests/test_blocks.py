@@ -14,6 +14,7 @@ from cgagen.emulator.block_flow import EXIT, flow_from
 from cgagen.emulator.blocks import block_text
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
+from cgagen.emulator.routine import Routine
 from cgagen.emulator.unknowns import CHOICES
 from cgagen.emulator.wires import Strength, Wire
 from cgagen.errors import CgagenError, SourceError
@@ -191,3 +192,25 @@ def test_a_nibble_of_outs_is_driven_when_its_time_comes(
     times = [time for _, time in seen[1:]]
     assert len(seen) > 50
     assert len({later - sooner for sooner, later in pairwise(times)}) == 1
+
+
+def test_a_routine_counts_what_it_carries_out(tokenizer: Tokenizer) -> None:
+    source = (
+        "w VAR Word\nn VAR Byte\nGOSUB sub\nSTOP\n"
+        "sub: FOR n = 1 TO w\nIF n = 3 THEN past\nOUTL = n\npast:\nNEXT\nRETURN"
+    )
+    made = chip_of(tokenizer, source)
+    assert made.run_until(lambda: bool(made.machine.gosubs), SECOND_NS)
+    before = made.instructions
+    made.registers["W0"] = 5
+    stop = made.machine.memory.slots[0].header(1)
+    routine = Routine(made, stop)
+    took_ns = routine.call(routine.before)
+    counted, words = routine.instructions, list(routine.words)
+    other = chip_of(tokenizer, source, compile_after=None)
+    other.run_until(lambda: bool(other.machine.gosubs), SECOND_NS)
+    other.registers["W0"] = 5
+    start_ns = other.local_ns
+    assert other.run_until(lambda: other.pc == stop, SECOND_NS)
+    assert (counted, took_ns) == (other.instructions - before, other.local_ns - start_ns)
+    assert words == other.registers.words

@@ -26,6 +26,7 @@ class Routine:
 
     Attributes:
         words: the register file; set it before a call, read it after. Words 0 to 2 are pins.
+        instructions: how many the last call carried out.
     """
 
     def __init__(self, chip: Chip, stop: int) -> None:
@@ -39,6 +40,7 @@ class Routine:
         self._blocks: dict[int, Function | None] = {}
         self.words = self._machine.registers.words
         self._before = tuple(self.words)
+        self.instructions = 0
 
     @property
     def before(self) -> tuple[int, ...]:
@@ -88,6 +90,7 @@ class Routine:
                     f"{self._name}: a routine that began at {self._start} has not come to "
                     f"{stop} after {MOST_INSTRUCTIONS} instructions; it hangs there"
                 )
+        self.instructions = took & (1 << COUNT_BITS) - 1
         return took >> COUNT_BITS
 
     def _single(self, address: int) -> tuple[int, int]:

@@ -84,7 +84,9 @@ def test_width_period_and_jitter_are_recorded() -> None:
     assert seen.jitter_ns == 3 * MS
     bench.servo.forget()
     bench.pulse(90 * MS, 1500 * US)
-    assert (bench.servo.pulses.taken, bench.servo.pulses.longest_period_ns) == (1, 0)
+    seen = bench.servo.pulses
+    assert (seen.taken, seen.longest_period_ns) == (1, 0)
+    assert (seen.shortest_ns, seen.longest_ns) == (1500 * US, 1500 * US)
 
 
 def test_what_is_no_pulse_moves_nothing() -> None:

@@ -118,7 +118,8 @@ class Engaged:
         """Carry out a plain PULSOUT at once; False, and nothing has happened, where it is none.
 
         A robot's legs take 600 pulses a second. Where nothing else happens while the pin is
-        inverted, both edges are shown without a generator in between.
+        inverted, both edges are shown without a generator in between; where only those listen
+        who need no edges, they are told of the pulse.
         """
         machine, clock = self.machine, self.clock
         made, pins = step.arguments.of(machine), machine.pins
@@ -126,9 +127,17 @@ class Engaged:
         width_ns = made["duration"] * machine.timing.pulsout_ns
         if not width_ns or not pins.directions >> pin & 1 or not clock.idle(width_ns):
             return False
-        pins.invert(pin)
+        began_ns = self.local_ns
         self.local_ns += width_ns
         self._answer = width_ns
+        takers = pins.takers(pin)
+        if takers is not None:
+            clock.advance(self.local_ns)
+            for taker in takers:
+                taker(began_ns)
+            machine.pc = step.instruction.end
+            return True
+        pins.invert(pin)
         if clock.advance(self.local_ns):
             pins.invert(pin)
             machine.pc = step.instruction.end

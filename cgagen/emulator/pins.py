@@ -8,7 +8,7 @@ both, 0 is the mark of an idle line and 1 a space, whatever a baud word says. Re
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from cgagen.emulator.wires import Wire
+from cgagen.emulator.wires import Taker, Wire
 
 PINS = 16
 SIN = 16
@@ -84,6 +84,10 @@ class Pins:
         self.latch ^= 1 << pin
         if self.ghost is None:
             self.wires[pin].drive(self._names[pin], self.latch >> pin & 1)
+
+    def takers(self, pin: int) -> tuple[Taker, ...] | None:
+        """Return who may be told of a whole pulse of a pin; see `Wire.takers`."""
+        return self.wires[pin].takers(self._names[pin])
 
     def restore(self, latch: int, directions: int) -> None:
         """Set OUTS and DIRS in one step; a wire that is driven so already hears nothing."""

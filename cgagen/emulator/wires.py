@@ -13,6 +13,9 @@ from cgagen.errors import ContentionError
 Listener = Callable[[int | None], None]
 """Told the new level of a wire: 0, 1, or None where it floats."""
 
+Taker = Callable[[int], None]
+"""Told at the end of a high pulse when it began, in place of two changes."""
+
 Watcher = Callable[[], None]
 """Told that somebody drives, changes or lets go, also where the level stays."""
 
@@ -49,7 +52,17 @@ class Wire:
     1
     """
 
-    __slots__ = ("_drivers", "_forced", "_listeners", "_net", "_pull", "_watchers", "level", "name")
+    __slots__ = (
+        "_drivers",
+        "_forced",
+        "_listeners",
+        "_net",
+        "_pull",
+        "_takers",
+        "_watchers",
+        "level",
+        "name",
+    )
 
     def __init__(self, name: str, pull: int | None = None) -> None:
         self.name = name
@@ -59,6 +72,7 @@ class Wire:
         self._drivers: dict[str, int] = {}
         self._forced: int | None = None
         self._listeners: tuple[Listener, ...] = ()
+        self._takers: dict[Listener, Taker] = {}
         self._watchers: tuple[Watcher, ...] = ()
         self._net = _Net((self,))
 
@@ -110,11 +124,31 @@ class Wire:
             for wire in net.heard:
                 wire._tell(new)
 
-    def listen(self, listener: Listener) -> Callable[[], None]:
+    def takers(self, driver: str) -> tuple[Taker, ...] | None:
+        """Return whom to tell of a whole pulse of a driver, instead of raising and lowering.
+
+        None where that would not be the same: the driver is not alone in giving this wire its
+        level, which is low, or somebody listens who wants to hear of both edges.
+        """
+        net = self._net
+        if net.special or net.takers is None or self._drivers.get(driver) != _OUTPUT:
+            return None
+        if net.newest is not self or net.driver != driver:
+            net.against(self, driver)
+        return net.takers if net.rest < _OUTPUT else None
+
+    def listen(self, listener: Listener, taker: Taker | None = None) -> Callable[[], None]:
         """Tell `listener` every change; returns how to stop that.
 
         Where a listener changes the level in turn, those after it hear only the newest level.
+
+        Args:
+            listener: see above.
+            taker: given by listeners that touch no wire and book nothing: may be told of a whole
+                pulse instead of its two edges, where nothing else happens in between.
         """
+        if taker is not None:
+            self._takers[listener] = taker
         self._listeners += (listener,)
         self._net.changed()
 
@@ -254,9 +288,10 @@ class _Net:
         rest: the firmest of all other drivers and pulls.
         special: somebody watches, or a level is forced.
         heard: ends that have listeners.
+        takers: of all listeners; None where one has none.
     """
 
-    __slots__ = ("driver", "ends", "heard", "newest", "rest", "special")
+    __slots__ = ("driver", "ends", "heard", "newest", "rest", "special", "takers")
 
     def __init__(self, ends: tuple[Wire, ...]) -> None:
         self.ends = ends
@@ -270,6 +305,8 @@ class _Net:
         self.newest: Wire | None = None
         self.special = any(wire._watchers or wire._forced is not None for wire in self.ends)
         self.heard = tuple(wire for wire in self.ends if wire._listeners)
+        takers = [wire._takers.get(one) for wire in self.heard for one in wire._listeners]
+        self.takers = None if None in takers else tuple(filter(None, takers))
 
     def against(self, newest: Wire, driver: str) -> None:
         """Find what holds against a driver."""

@@ -85,7 +85,7 @@ class Servo(Part):
         self._width_ns: int | None = None
         self._held_until_ns = 0
         self.forget()
-        signal.listen(self._changed)
+        signal.listen(self._changed, self._fallen)
 
     @property
     def angle_deg(self) -> float:
@@ -132,32 +132,36 @@ class Servo(Part):
         self._longest_ns = self._longest_period_ns = 0
 
     def _changed(self, level: int | None) -> None:
-        now_ns = self.clock.now_ns
         if level == 1:
-            self._rose_ns = now_ns
+            self._rose_ns = self.clock.now_ns
         elif self._rose_ns is not None:
-            began_ns, self._rose_ns = self._rose_ns, None
-            if SHORTEST_NS <= now_ns - began_ns <= LONGEST_NS:
-                self._pulse(began_ns, now_ns - began_ns)
-            else:
-                self._odd += 1
+            self._fallen(self._rose_ns)
 
-    def _pulse(self, began_ns: int, width_ns: int) -> None:
-        self._count(began_ns, width_ns)
-        angle_deg, now_ns = self.angle_deg, self.clock.now_ns
-        kept_ns = min(max(width_ns, LEAST_NS), MOST_NS)
-        self._from_deg, self._from_ns = angle_deg, now_ns
-        self._target_deg = (kept_ns - self._centre_ns) / self._ns_per_deg
-        self._width_ns = width_ns
+    def _fallen(self, began_ns: int) -> None:
+        """A pulse has ended. A robot has 600 of them a second: equal ones cost less."""
+        self._rose_ns = None
+        now_ns = self.clock.now_ns
+        width_ns = now_ns - began_ns
+        if width_ns < SHORTEST_NS or width_ns > LONGEST_NS:
+            self._odd += 1
+            return
+        if self._before_ns is not None and self._taken:
+            self._count(began_ns - self._before_ns)
         self._before_ns = began_ns
+        if self._from_deg != self._target_deg:
+            self._from_deg = self.angle_deg
+        self._from_ns = now_ns
+        if width_ns != self._width_ns or not self._taken:
+            self._width_ns = width_ns
+            self._shortest_ns = min(self._shortest_ns, width_ns)
+            self._longest_ns = max(self._longest_ns, width_ns)
+            kept_ns = min(max(width_ns, LEAST_NS), MOST_NS)
+            self._target_deg = (kept_ns - self._centre_ns) / self._ns_per_deg
+        self._taken += 1
         self._held_until_ns = now_ns + LIMP_NS
 
-    def _count(self, began_ns: int, width_ns: int) -> None:
-        if self._before_ns is not None and self._taken:
-            period_ns = began_ns - self._before_ns
-            self._shortest_period_ns = min(self._shortest_period_ns, period_ns)
-            self._longest_period_ns = max(self._longest_period_ns, period_ns)
-            self._limp += self.clock.now_ns > self._held_until_ns
-        self._taken += 1
-        self._shortest_ns = min(self._shortest_ns, width_ns)
-        self._longest_ns = max(self._longest_ns, width_ns)
+    def _count(self, period_ns: int) -> None:
+        self._shortest_period_ns = min(self._shortest_period_ns, period_ns)
+        self._longest_period_ns = max(self._longest_period_ns, period_ns)
+        if self.clock.now_ns > self._held_until_ns:
+            self._limp += 1

@@ -72,6 +72,11 @@ class CanLine:
         if bus is not None:
             with suppress(Exception):
                 bus.shutdown()
+            # slcan leaves its port open where it cannot say goodbye any more
+            port = getattr(bus, "serialPortOrig", None)
+            if port is not None:
+                with suppress(Exception):
+                    port.close()
 
     def send(self, frames: tuple[Frame, ...]) -> None:
         """Send frames in this order.

@@ -185,6 +185,7 @@ class Rig:
         self._taken_seq, report = seq, Report.NONE
         if op == Op.HELLO:
             self._answered, self._parts = None, {}
+            self._state = State.IDLE if self._state is State.ARMED else self._state
             yield from self._who(argument)
         elif op in (Op.RESET, Op.POWER_ON):
             if op == Op.RESET and self._state is State.OFF:

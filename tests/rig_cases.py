@@ -1,0 +1,88 @@
+"""Rigs for the tests of the CAN target: whole ones, and such that spoil what they say or hear."""
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
+from itertools import count
+from pathlib import Path
+
+import can
+
+from hil.canbus import CanTarget
+from hil.frames import Frame
+from hil.rig import RigOnBus
+from hil.rig_protocol import Rig
+from hil.stimuli import neutral
+from hil.subject import Subject, read_subject
+from hil.target import Stimulus
+
+FIRMWARE = Path(__file__).parent.parent / "firmware"
+
+_NAMES = count(1)
+
+
+@cache
+def subject(role: str) -> Subject:
+    return read_subject(FIRMWARE / role)
+
+
+def channel() -> str:
+    """A name of a virtual bus that nobody else has."""
+    return f"test-{os.getpid()}-{next(_NAMES)}"
+
+
+def opened(rig: Rig) -> Rig:
+    rig.open()
+    return rig
+
+
+def nothing(role: str) -> Stimulus:
+    return neutral(subject(role).robot)
+
+
+class Spoiled(RigOnBus):
+    """Says something else than the rig does.
+
+    Args:
+        spoil: given a frame of the rig; returns what comes on the bus instead.
+    """
+
+    def __init__(
+        self, rig: Rig, spoil: Callable[[Frame], Iterable[Frame | can.Message]] = lambda one: [one]
+    ) -> None:
+        super().__init__(rig, channel())
+        self.spoil = spoil
+
+    def send(self, one: Frame) -> None:
+        for other in self.spoil(one):
+            if isinstance(other, can.Message):
+                self._bus.send(other)
+            else:
+                super().send(other)
+
+
+class Hearing(Rig):
+    """Hears something else than what is said.
+
+    Args:
+        hear: given a frame of the host; returns what the rig hears instead.
+    """
+
+    def __init__(self, one: Subject, hear: Callable[[Frame], Iterable[Frame]]) -> None:
+        super().__init__(one)
+        self.hear = hear
+
+    def receive(self, given: Frame) -> Iterator[Frame]:
+        for other in self.hear(given):
+            yield from super().receive(other)
+
+
+class Target(CanTarget):
+    """In a `with`."""
+
+    def __enter__(self) -> "Target":
+        self.open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -22,12 +22,15 @@ from cgagen.robot import load_robot
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
 from cgagen.words import Role
+from hil.canbus import CanTarget
 from hil.dbc import dbc_text
 from hil.emulated import PinsTarget, robot_bench
 from hil.equivalence import Verdict
 from hil.frames import Frame, Units, decision_frame, frames_of
 from hil.pipe import BytePipe
 from hil.registers import RegisterTarget
+from hil.rig import RigOnBus
+from hil.rig_protocol import Rig
 from hil.simulated import SimulatedTarget
 from hil.stimuli import every_state, sample
 from hil.subject import Subject, read_subject
@@ -48,6 +51,7 @@ from hil.traces.storage import trace_bytes
 from hil.traces.vectors import header_of, parse_vectors, vectors_text
 from hil.verify import explainer
 from hil.wired import WiredTarget
+from tests.rig_cases import channel
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 PREDATOR = load_robot("servobot-predator")
@@ -173,8 +177,10 @@ def test_numbers_begin_again_at_0(predator: Subject) -> None:
     samples = tuple(
         dataclasses.replace(one, seq=(65_533 + n) & 0xFFFF) for n, one in enumerate(trace.samples)
     )
-    again, _ = parsed(log_of(dataclasses.replace(trace, samples=samples)))
-    assert [one.seq for one in again] == [65_533, 65_534, 65_535, 0, 1]
+    text = log_of(dataclasses.replace(trace, samples=samples))
+    assert parsed(text)[0] == trace.samples
+    assert "104#000700000000FFFF T" in text
+    assert "104#0007000000000000 T" in text
 
 
 def test_a_decision_comes_when_the_target_had_decided() -> None:
@@ -726,6 +732,35 @@ def test_a_trace_is_replayed_over_the_bench_hook(predator: Subject) -> None:
     assert (again.samples, left_out) == (trace.samples, 0)
     assert again.origin is not None
     assert again.origin.images == {"main": predator.images["main"].digest}
+
+
+def test_a_trace_is_replayed_and_recorded_on_a_rig(predator: Subject, tmp_path: Path) -> None:
+    """What was on the bus meanwhile is a trace, too, commands of the host and all."""
+    trace = some(predator, 4)
+    rig = Rig(predator)
+    rig.open()
+    with RigOnBus(rig, channel()) as served:
+        tap = can.Bus(interface="virtual", channel=served.url.split(":", 2)[2], ignore_config=True)
+        target = CanTarget(served.url, predator)
+        target.open()
+        result = replay(predator, target, trace)
+        target.reset()
+        again, _ = record_readings(predator, target, trace.stimuli, {})
+        target.close()
+    frames = list(iter(lambda: tap.recv(0), None))
+    tap.shutdown()
+    assert (result.verdict, result.decisions) == (Verdict.PASS, 4)
+    assert again.origin is not None
+    assert (again.origin.target, again.origin.images) == ("can", {})
+    decided = [(one.stimulus, one.state, one.command) for one in trace.samples]
+    assert [(one.stimulus, one.state, one.command) for one in again.samples] == decided
+    with can.Logger(tmp_path / "bus.log") as writer:
+        for one in sorted(frames, key=lambda message: message.timestamp):
+            writer.on_message_received(one)
+    heard = read_trace(tmp_path / "bus.log", PREDATOR)
+    assert [(one.stimulus, one.state, one.command) for one in heard.samples] == decided * 2
+    assert heard.samples[0].time_ns == 0
+    assert [one.seq for one in heard.samples] == list(range(1, 9))
 
 
 # -- Recording

@@ -18,21 +18,22 @@ if TYPE_CHECKING:
 
 SIDES = ("predator", "prey")
 
+_OPTIONS = {"other": "from", "side": "of", "after_capture": "hold"}
+"""What an option is called, where that is not the name of its value."""
+
 
 def check_record(given: dict[str, Any]) -> None:
     """Refuse options that do not go together."""
     ways = [name for name in ("level", "other", "sweep", "port") if given[name]]
-    names = {"other": "from"}
     if len(ways) > 1:
-        words = " and ".join(f"--{names.get(name, name)}" for name in ways)
+        words = " and ".join(f"--{_OPTIONS.get(name, name)}" for name in ways)
         raise click.UsageError(f"{words}: both say which readings; give one of them")
     episode = [name for name in ("predator", "prey", "steps", "side") if given[name]]
     episode += list(open_points(given))
     if ways and episode:
-        name = {"side": "of"}.get(episode[0], episode[0].replace("_", "-"))
-        raise click.UsageError(
-            f"--{name} is of an episode, and --{names.get(ways[0], ways[0])} is none; leave one out"
-        )
+        name = _OPTIONS.get(episode[0], episode[0].replace("_", "-"))
+        other = _OPTIONS.get(ways[0], ways[0])
+        raise click.UsageError(f"--{name} is of an episode, and --{other} is none; leave one out")
     if given["port"] and (given["target"] != "simulator" or given["build"]):
         raise click.UsageError(
             "--port listens to a robot that decides by itself; leave out --target and --build"

@@ -8,6 +8,7 @@ from hil.frames import Frame, Units, decision_frame, decision_of, frames_of, sti
 from hil.messages import (
     BY_ID,
     OBS_DECISION,
+    RIG_CMD,
     SEQUENCES,
     STIM_APPLY,
     STIM_LIGHT,
@@ -71,7 +72,10 @@ class Reader:
         self._units = Units.of(robot)
         self._open: list[Frame] = []
         self._open_where = ""
-        self._first_us = self._last_us = -1
+        self._asked: set[int] = set()
+        self._last: int | None = None
+        self._answerable = -1
+        self._first_us = self._last_us = 0
 
     def take(self, row: Row) -> None:
         """Take the next frame.
@@ -79,9 +83,7 @@ class Reader:
         Raises:
             TraceError: it does not fit what came before.
         """
-        if self._first_us < 0:
-            self._first_us = row.time_us
-        elif row.time_us < self._last_us:
+        if row.time_us < self._last_us:
             back, forth = self._last_us / 1e6, row.time_us / 1e6
             raise refused(
                 self._name, row.where, f"the time goes back from {back:.6f} s to {forth:.6f} s"
@@ -91,6 +93,8 @@ class Reader:
             self._question(row)
         elif row.frame.id == OBS_DECISION.id:
             self._decision(row)
+        elif row.frame.id == RIG_CMD.id:  # a host counts commands and questions as one
+            self._last = unpack(RIG_CMD, row.frame.data)["SEQ"]
 
     def end(self) -> None:
         """Say that no frame follows.
@@ -118,22 +122,22 @@ class Reader:
             )
         if not self._open:
             self._check_next(seq, row)
-            self._open_seq = seq
+            self._open_seq = self._last = seq
+            self._asked.add(seq)
         self._open.append(row.frame)
         self._open_where = row.where
         if row.frame.id == STIM_APPLY.id:
             self._apply(row)
 
     def _check_next(self, seq: int, row: Row) -> None:
-        if not self.samples:
+        """Refuse a number that does not follow the last one, a command's or a reading's."""
+        if self._last is None or seq == (self._last + 1) % SEQUENCES:
             return
-        last = self.samples[-1].seq
-        step = (seq - last) % SEQUENCES
-        if step != 1:
-            back = step == 0 or step >= SEQUENCES // 2
-            what = f"the number goes back from {last} to {seq}"
-            missing = f"reading {seq} follows {last}, and those between are missing"
-            raise refused(self._name, row.where, what if back else missing)
+        step = (seq - self._last) % SEQUENCES
+        back = step == 0 or step >= SEQUENCES // 2
+        what = f"the number goes back from {self._last} to {seq}"
+        missing = f"reading {seq} follows {self._last}, and those between are missing"
+        raise refused(self._name, row.where, what if back else missing)
 
     def _apply(self, row: Row) -> None:
         frames, self._open = self._open, []
@@ -151,14 +155,17 @@ class Reader:
         odd = check_shape(stimulus, self._robot)
         if odd:
             raise refused(self._name, row.where, f"reading {seq} {odd}", "name its own robot")
+        self._answerable = seq
+        self._first_us = self._first_us if self.samples else row.time_us
         time_ns = (row.time_us - self._first_us) * NS_PER_US
-        self.samples.append(Sample(time_ns, stimulus, seq, where=row.where))
+        number = (len(self.samples) + 1) % SEQUENCES
+        self.samples.append(Sample(time_ns, stimulus, number, where=row.where))
 
     def _decision(self, row: Row) -> None:
         seq = unpack(OBS_DECISION, row.frame.data)["SEQ"]
-        if not self.samples or (self.samples[-1].seq - seq) % SEQUENCES >= len(self.samples):
+        if seq not in self._asked or (self._open and seq == self._open_seq):
             raise refused(self._name, row.where, f"a decision about reading {seq}, which is none")
-        if seq != self.samples[-1].seq:
+        if seq != self._answerable:
             self.stale += 1
             return
         seen = decision_of(row.frame.data)

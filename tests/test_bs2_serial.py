@@ -8,7 +8,8 @@ It asserts DTR and leaves it so: that works where a capacitor lies between DTR a
 
 import json
 import subprocess
-from typing import Any
+from contextlib import ExitStack
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -74,38 +75,63 @@ def test_the_lock_pins_every_package_and_names_no_host() -> None:
     assert "://" not in text
 
 
+class Session(NamedTuple):
+    """What the programmer found on an erased chip, loaded and heard; and what the chip holds."""
+
+    found: dict[str, Any]
+    loaded: dict[str, Any]
+    eeprom: bytes
+
+
+@pytest.fixture(scope="module")
+def sessions() -> dict[str, Session]:
+    """All models, one after the other."""
+    benches = {row.name: erased(row.name) for row in CHIPS}
+    jobs: list[dict[str, Any]] = []
+    with ExitStack() as stack:
+        for model, bench in benches.items():
+            server = stack.enter_context(serve(bench, "tcp:0", atn=Atn.CAPACITOR))
+            jobs += [identify(server, model), bootload(server, model)]
+        results = iter(programmer(*jobs))
+        assert server.failure is None
+    return {
+        model: Session(next(results), next(results), bench.chip("main").eeprom())
+        for model, bench in benches.items()
+    }
+
+
 @pytest.mark.parametrize("row", CHIPS, ids=lambda row: row.name)
-def test_it_identifies_loads_and_hears_every_model(row: Any, tokenizer: Tokenizer) -> None:
-    bench = erased(row.name)
-    with serve(bench, "tcp:0", atn=Atn.CAPACITOR) as server:
-        found, loaded = programmer(identify(server, row.name), bootload(server, row.name))
-    assert server.failure is None
+def test_it_identifies_loads_and_hears_every_model(
+    row: Any, sessions: dict[str, Session], tokenizer: Tokenizer
+) -> None:
+    found, loaded, eeprom = sessions[row.name]
     slots = {} if row.name == "BS2" else {"slotCount": 8}
     assert found == {"board": {"name": row.name, "version": "1.0", **slots}}
     assert f"I am {row.name} 42<linefeed>" in loaded["heard"]
     assert loaded["progress"][-1] > 30
-    image = tokenizer.compile(SOURCE % (row.directive, row.name)).image
-    assert bench.chip("main").eeprom() == image.eeprom
+    assert eeprom == tokenizer.compile(SOURCE % (row.directive, row.name)).image.eeprom
 
 
-@pytest.mark.parametrize(
-    ("model", "legs", "version", "said"),
-    [
-        ("BS2e", 24, 2, "1.2"),
-        ("BS2sx", 24, 3, "1.3"),
-        ("BS2p", 24, 7, "1.7"),
-        ("BS2p", 40, 7, "1.7"),
-        ("BS2pe", 24, 4, "1.4"),
-        ("BS2pe", 40, 4, "1.4"),
-    ],
-)
-def test_it_knows_the_newest_versions_and_both_sizes(
-    model: str, legs: int, version: int, said: str
-) -> None:
-    bench = erased(model)
-    with serve(bench, atn=Atn.CAPACITOR, legs=legs, version=version) as server:
-        (found,) = programmer(identify(server, model))
-    assert found == {"board": {"name": model, "version": said, "slotCount": 8}}
+VERSIONS = [
+    # model, legs, place among the versions, what the programmer makes of it
+    ("BS2e", 24, 2, "1.2"),
+    ("BS2sx", 24, 3, "1.3"),
+    ("BS2p", 24, 7, "1.7"),
+    ("BS2p", 40, 7, "1.7"),
+    ("BS2pe", 24, 4, "1.4"),
+    ("BS2pe", 40, 4, "1.4"),
+]
+
+
+def test_it_knows_the_newest_versions_and_both_sizes() -> None:
+    jobs = []
+    with ExitStack() as stack:
+        for model, legs, version, _ in VERSIONS:
+            server = serve(erased(model), atn=Atn.CAPACITOR, legs=legs, version=version)
+            jobs.append(identify(stack.enter_context(server), model))
+        results = programmer(*jobs)
+    for found, (model, _, _, said) in zip(results, VERSIONS, strict=True):
+        assert found == {"board": {"name": model, "version": said, "slotCount": 8}}
 
 
 def test_it_works_on_a_pty() -> None:

@@ -21,10 +21,13 @@ from cgagen.serve.control import ControlText
 from cgagen.serve.paced import PacedPort
 from cgagen.serve.stream import Stream, accept
 
-Ready = Callable[[], None]
+Ready = Callable[[], object]
 
 MOST_OPTION_BYTES = 256
 """A telnet option longer than that is garbage. Choice."""
+
+MOST_ROUNDS = 64
+"""How often a host is read before another one is looked at. Choice: 16 kB."""
 
 _GARBAGE = (KeyError, TypeError, ValueError, struct.error)
 """What `PortManager` raises at options that are none."""
@@ -91,15 +94,16 @@ class Endpoint:
         if self.data is not None:
             self.data.close()
             self.data = None
-            self.port.release()
+            self.port.forget()
 
     def hear(self, data: bytes) -> None:
         """The host has said something."""
         self.port.say(data)
 
-    def _data_ready(self) -> None:
+    def _data_ready(self) -> bool:
+        """Take what the host has said; returns whether there was something."""
         if self.data is None:
-            return
+            return False
         data = self.data.read()
         if data:
             self.hear(data)
@@ -108,6 +112,22 @@ class Endpoint:
             self.data.flush()
             if not self.data.open:
                 self.lose()
+        return bool(data)
+
+    def _welcome(self, listener: socket.socket) -> None:
+        """Take a client that comes, unless one is there."""
+        drain(self._data_ready)
+        connection = accept(listener)
+        if connection is None:
+            return
+        if self.data is not None:
+            connection.close()
+            return
+        self.data = Stream(connection)
+        self.came()
+
+    def came(self) -> None:
+        """A host has come."""
 
 
 class Controlled(Endpoint):
@@ -140,6 +160,7 @@ class Controlled(Endpoint):
         self._control_listener.close()
 
     def _control_comes(self) -> None:
+        drain(self._hand_ready)
         connection = accept(self._control_listener)
         if connection is None:
             return
@@ -149,9 +170,9 @@ class Controlled(Endpoint):
         self._hand = Stream(connection)
         self._text = ControlText(self.port)
 
-    def _hand_ready(self) -> None:
+    def _hand_ready(self) -> bool:
         if self._hand is None:
-            return
+            return False
         self._data_ready()  # what was said before the change of a line comes before it
         commands = self._hand.read()
         answers = self._text.take(commands)
@@ -159,12 +180,13 @@ class Controlled(Endpoint):
         self._hand.write("".join(f"{line}\n" for line in answers).encode("ascii"))
         if not self._hand.open or self._hand.full:
             self._lose_hand()
+        return bool(commands)
 
     def _lose_hand(self) -> None:
         if self._hand is not None:
             self._hand.close()
             self._hand = None
-            self.port.break_condition = self.port.dtr = False
+            self.port.release()
 
 
 class TcpEndpoint(Controlled):
@@ -188,7 +210,7 @@ class TcpEndpoint(Controlled):
         self._listener.close()
 
     def _comes(self) -> None:
-        self.data = welcome(self._listener, self.data)
+        self._welcome(self._listener)
 
 
 class PtyEndpoint(Controlled):
@@ -259,12 +281,27 @@ class Rfc2217Endpoint(Endpoint):
         super().close()
         self._listener.close()
 
-    def _comes(self) -> None:
-        before, self.data = self.data, welcome(self._listener, self.data)
-        if self.data is not None and before is None:
-            from serial.rfc2217 import PortManager
+    def lose(self) -> None:
+        """The host is gone, and lets go of its lines."""
+        if self.data is not None:
+            super().lose()
+            self.port.release()
 
-            self._manager = PortManager(self.port, self.data)
+    def came(self) -> None:
+        """Begin to speak telnet."""
+        from serial.rfc2217 import PortManager
+
+        self._manager = PortManager(self.port, self.data)
+
+    def _comes(self) -> None:
+        self._welcome(self._listener)
+
+
+def drain(take: Callable[[], bool]) -> None:
+    """Take what a host has said that may be gone, so that another one can come."""
+    for _ in range(MOST_ROUNDS):
+        if not take():
+            return
 
 
 def listen(host: str, number: int) -> socket.socket:
@@ -287,17 +324,6 @@ def address_of(listener: socket.socket) -> str:
     """Return HOST:PORT."""
     host, number = listener.getsockname()[:2]
     return f"{host}:{number}"
-
-
-def welcome(listener: socket.socket, present: Stream | None) -> Stream | None:
-    """Return the host that is there now: who comes second is let go."""
-    connection = accept(listener)
-    if connection is None:
-        return present
-    if present is not None:
-        connection.close()
-        return present
-    return Stream(connection)
 
 
 def _somebody_has(master: int) -> bool:

@@ -77,9 +77,12 @@ class PacedPort:
         return self.port.uart.take()
 
     def release(self) -> None:
-        """Let go of everything, as a computer that closes its port."""
-        self.port.reset_output_buffer()
+        """Let go of the lines, as a computer that closes its port."""
         self.break_condition = self.dtr = False
+
+    def forget(self) -> None:
+        """Forget what is on its way in both directions."""
+        self.port.reset_output_buffer()
         self.port.reset_input_buffer()
 
     # -- What a telnet client can set -----------------------------------------------------------

@@ -47,6 +47,7 @@ class Transport extends EventEmitter {
         else this.data.once('connect', resolve);
       });
       this.hand.on('error', reject);
+      this.hand.on('close', () => this.answers.forEach((answer) => answer('control is gone')));
       let rest = '';
       this.hand.on('data', (chunk) => {
         const lines = (rest + chunk).split('\n');

@@ -1,7 +1,7 @@
 """The instructions that let time go by: PAUSE, NAP, SLEEP, END, POLLWAIT, and WRITE's burning.
 
 In a low-power state the watchdog wakes the chip every now and then; each time all pins are
-inputs for a moment, and DIRS comes back. Ref: S2 p. 187, 301, 441.
+inputs for a moment, and DIRS comes back. Ref: S2 p. 187, 286, 441.
 """
 
 from cgagen.emulator.commands import CommandFunction

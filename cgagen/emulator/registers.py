@@ -1,7 +1,7 @@
 """The register file: 16 words that are read and written in four sizes, three of them pins.
 
 Word 0 is INS, word 1 OUTS, word 2 DIRS, words 3 to 15 are W0 to W12. Elements of a size count
-from bit 0 of INS: byte 6 is the low byte of W0. Ref: S2 p. 82, S3.
+from bit 0 of INS: byte 6 is the low byte of W0. Ref: S2 p. 82 to 85, S3.
 
 An element past the end wraps to the start, as its number has just bits enough for the file; a
 write to INS does nothing. Ref: choice, both.

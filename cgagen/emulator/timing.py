@@ -45,9 +45,9 @@ class Timing:
             "several milliseconds"; choice, 2 to 10 ms.
         slow_clock_ns: what SLEEP, END and POLLWAIT count in: 2.304 s. Ref: S2 p. 441, +-1 %
             for SLEEP.
-        nap_ns: NAP 0, doubled by each step. 18 ms. Ref: S2 p. 301, -50 % to +100 %.
+        nap_ns: NAP 0, doubled by each step. 18 ms. Ref: S2 p. 285, -50 % to +100 %.
         glitch_ns: pins are inputs so long at each wake-up of END, NAP, SLEEP and POLLWAIT.
-            18 ms, 60 us on a BS2pe. Ref: S2 p. 187, 442.
+            18 ms, 60 us on a BS2pe. Ref: S2 p. 187, 286, 442.
         pollwait_ns: POLLWAIT 8 looks so often: 160 us, 250 us on a BS2pe. Ref: S2 p. 335 ("less
             than").
         pause_ns: one unit of PAUSE: 1 ms. Ref: S2 PAUSE, +-1 %.

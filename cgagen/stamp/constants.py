@@ -31,7 +31,7 @@ CONTROL = {
     "BELL": 7, "BKSP": 8, "TAB": 9, "LF": 10, "CLREOL": 11, "CLRDN": 12, "CR": 13, "CRSRX": 14,
     "CRSRY": 15,
 }  # fmt: skip
-"""Names of the DEBUG terminal's control codes. Ref: S4 (DEBUG), S3."""
+"""Names of the DEBUG terminal's control codes. Ref: S2 p. 167, S4 (DEBUG), S3."""
 
 Symbols = Mapping[str, int]
 """Values by name, in capitals."""

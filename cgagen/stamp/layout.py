@@ -2,7 +2,7 @@
 
 Words come first, then bytes, nibbles and bits, each size in the order of the source, from W0
 up. A variable that names another one, or a part of it, is an alias and takes no room.
-Ref: S2 p. 85 to 89; S3 for the order, asked in `tests/test_symbols.py`.
+Ref: S2 p. 85 to 91; S3 for the order, asked in `tests/test_symbols.py`.
 """
 
 import re
@@ -14,7 +14,7 @@ from cgagen.stamp.constants import NotUnderstoodError, value_at, words_of
 from cgagen.stamp.definitions import Definition, constants_of, definitions_of
 
 FIRST_VARIABLE = 3
-"""The word W0 of the register file. Ref: S2 p. 82."""
+"""The word W0 of the register file. Ref: S2 p. 83, 85."""
 
 SIZES = {"WORD": 16, "BYTE": 8, "NIB": 4, "BIT": 1}
 _ARRAY = re.compile(r"(WORD|BYTE|NIB|BIT)\s*(?:\((.*)\))?", re.IGNORECASE)
@@ -41,7 +41,7 @@ def _fixed() -> dict[str, Place]:
 
 
 FIXED = _fixed()
-"""Places of the names that every chip has. Ref: S2 p. 82."""
+"""Places of the names that every chip has. Ref: S2 p. 83 to 85."""
 
 
 def _modifiers() -> dict[str, tuple[int, int]]:
@@ -54,7 +54,7 @@ def _modifiers() -> dict[str, tuple[int, int]]:
 
 
 MODIFIERS = _modifiers()
-"""Parts of a variable: size in bits, and which of them. Ref: S2 p. 88."""
+"""Parts of a variable: size in bits, and which of them. Ref: S2 p. 90."""
 
 
 def layout_of(source: str) -> dict[str, Place]:

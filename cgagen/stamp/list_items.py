@@ -1,6 +1,6 @@
 """What the items of input and output lists say: numbers as text, strings, waiting, skipping.
 
-Ref: S3 for every word; S2 p. 160 to 171 for what the formatters are.
+Ref: S3 for every word; S2 p. 162 to 168 for what the formatters are.
 """
 
 from collections.abc import Sequence

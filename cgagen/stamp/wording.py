@@ -1,14 +1,14 @@
 """Variables and expressions in PBASIC's words, so that the tokenizer makes the same tokens.
 
 PBASIC works strictly from left to right, so the left operand of an operator needs no
-parentheses and the right one does where it is an operation itself. Ref: S2 p. 107.
+parentheses and the right one does where it is an operation itself. Ref: S2 p. 103.
 """
 
 from cgagen.stamp.opcodes import OPERATORS, Operator
 from cgagen.stamp.program import Expression, Kind
 
 IO_BYTES = 6
-"""Bytes of INS, OUTS and DIRS in front of B0. Ref: S2 p. 82."""
+"""Bytes of INS, OUTS and DIRS in front of B0. Ref: S2 p. 82, 83."""
 
 _IO = ("IN", "OUT", "DIR")
 _OPERATORS = {row.code: row for row in OPERATORS}

@@ -112,6 +112,20 @@ def test_both_stamps_are_programmed_verified_and_run(capsys: pytest.CaptureFixtu
         assert told[name]["image"] == image.digest
 
 
+@pytest.mark.parametrize("kind", ["tcp:0", "pty"])
+def test_a_port_whose_dtr_is_elsewhere(kind: str) -> None:
+    image = read_image(PREDATOR, "locomotion")
+    bench = bench_of_image(blank("BS2"))
+    with serve(bench, kind) as server:
+        name = f"{server.url}?control={server.control}"
+        assert flash_image(name, image).attempts == 1
+        assert holds(bench, "main", image)
+        with pytest.raises(RigError, match="nobody takes its DTR and BREAK at 127.0.0.1:1 "):
+            identify_port(f"{server.url}?control=127.0.0.1:1")
+        with pytest.raises(RigError, match="nobody takes its DTR and BREAK at nonsense "):
+            identify_port(f"{server.url}?control=nonsense")
+
+
 def test_the_ports_the_other_way_round(capsys: pytest.CaptureFixture[str]) -> None:
     with robot() as (bench, urls):
         words = ["--locomotion", urls["main"], "--main", urls["locomotion"]]

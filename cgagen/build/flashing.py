@@ -7,10 +7,13 @@ from cgagen.build.checked import checked_images
 from cgagen.errors import CgagenError, RigError
 from cgagen.flash import FlashReport, Module, Progress, flash_image, identify_port
 from cgagen.link.ports import all_ports
+from cgagen.stamp.chips import Chip
 from cgagen.stamp.image import Image
 
 ORDER = ("locomotion", "main")
 """The legs first: without the other's GO they stand. Choice."""
+
+Identify = Callable[[str, tuple[Chip, ...]], Module]
 
 Tell = Callable[[str, Progress], None]
 """Told a chip's name and how far its download is."""
@@ -51,7 +54,7 @@ def assign(
     images: Mapping[str, Image],
     named: Mapping[str, str],
     candidates: Sequence[str] | None = None,
-    identify: Callable[[str], Module] = identify_port,
+    identify: Identify = identify_port,
 ) -> dict[str, str]:
     """Return the port of each chip, each having told its model.
 
@@ -68,14 +71,15 @@ def assign(
         if len(set(named.values())) < len(named):
             raise RigError(f"{next(iter(named.values()))}: cannot be both chips; name two ports")
         for chip, port in named.items():
-            _refuse_other(chip, images[chip], port, identify(port))
+            _refuse_other(chip, images[chip], port, identify(port, (images[chip].model,)))
         return dict(named)
     names = candidates if candidates is not None else _usb_first()
+    likely = tuple(image.model for image in images.values())
     seen: dict[str, str] = {}
     modules: dict[str, Module] = {}
     for name in names:
         try:
-            modules[name] = identify(name)
+            modules[name] = identify(name, likely)
             seen[name] = modules[name].name
         except CgagenError as error:
             seen[name] = str(error).removeprefix(f"{name}: ")

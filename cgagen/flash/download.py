@@ -96,7 +96,7 @@ def download(plan: Plan, state: State, attempts: int = ATTEMPTS) -> Conversation
 def _send(plan: Plan, state: State) -> Conversation[Module]:
     """One attempt, from the reset to the last acknowledgement."""
     model = plan.image.model
-    module = yield from identify(model)
+    module = yield from identify((model,))
     if module.model is not model:
         raise TroubleError(Symptom.WRONG_MODEL, module.name, final=True)
     if calling_of(model).takes_slot:

@@ -1,6 +1,7 @@
 """Who is there: each model is called by its own challenge after a reset of its own."""
 
 from collections import Counter
+from collections.abc import Iterable
 
 from cgagen.flash.modules import Calling, Module, callings_from, module_of
 from cgagen.flash.requests import Conversation, Enter, Hear, Symptom, TroubleError, exchange
@@ -18,20 +19,21 @@ ROUNDS = 2
 _MOST_TELLING = tuple(Symptom)
 
 
-def identify(first: Chip | None = None, rounds: int = ROUNDS) -> Conversation[Module]:
+def identify(likely: Iterable[Chip] = (), rounds: int = ROUNDS) -> Conversation[Module]:
     """Return the module on the line; it is in its loader then and awaits slot or packets.
 
     Args:
-        first: the model that is called first, where one is expected.
+        likely: the models that are called first.
         rounds: how often all are called.
 
     Raises:
         TroubleError: nobody answers; the symptom is what was met most often.
     """
+    callings = callings_from(likely)
     met: list[TroubleError] = []
     for _ in range(rounds):
         met = []
-        for calling in callings_from(first):
+        for calling in callings:
             try:
                 return (yield from call(calling))
             except TroubleError as trouble:

@@ -5,6 +5,7 @@ in JavaScript), stampbc 2.1 and bstamp (two loaders written from Parallax's shee
 protocol), which agree. None of them has been compared with silicon by us.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from cgagen.stamp.chips import CHIPS, Chip, chip
@@ -91,16 +92,14 @@ def calling_of(model: Chip) -> Calling:
     return CALLINGS[CHIPS.index(model)]
 
 
-def callings_from(model: Chip | None) -> tuple[Calling, ...]:
-    """Return all callings, this model's first.
+def callings_from(likely: Iterable[Chip]) -> tuple[Calling, ...]:
+    """Return all callings in their order, those of likely models before the others.
 
-    >>> [calling.model.name for calling in callings_from(chip("BS2p"))][:3]
-    ['BS2p', 'BS2', 'BS2e']
+    >>> [calling.model.name for calling in callings_from([chip("BS2p"), chip("BS2")])]
+    ['BS2', 'BS2p', 'BS2e', 'BS2sx', 'BS2pe']
     """
-    if model is None:
-        return CALLINGS
-    first = calling_of(model)
-    return (first, *(other for other in CALLINGS if other is not first))
+    names = {model.name for model in likely}
+    return tuple(sorted(CALLINGS, key=lambda calling: calling.model.name not in names))
 
 
 def module_of(calling: Calling, answer: int) -> Module | None:

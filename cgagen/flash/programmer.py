@@ -1,6 +1,6 @@
 """From an image to a chip, over a port by its name: the whole way, lock to report."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 
@@ -14,6 +14,8 @@ from cgagen.flash.plan import Plan, plan_of
 from cgagen.flash.requests import Progress, Restart, TroubleError
 from cgagen.flash.verify import read_back, refuse_mute
 from cgagen.link.port import PortLock, close_port, open_port
+from cgagen.link.steered import SIGN, split_control
+from cgagen.stamp.chips import Chip
 from cgagen.stamp.image import Image
 
 REMOTE_LATENCY_S = 0.25
@@ -76,14 +78,18 @@ def flash_image(
     return replace(report, verified=read_back(port_name, plan)) if verify else report
 
 
-def identify_port(port_name: str) -> Module:
+def identify_port(port_name: str, likely: Iterable[Chip] = ()) -> Module:
     """Return the module on a port. It is reset, and its program starts anew.
+
+    Args:
+        port_name: device path or URL of pyserial's.
+        likely: models that are asked before the others, each of which takes a third of a second.
 
     Raises:
         RigError: the port or what hangs on it is sick.
     """
     with opened(port_name) as line:
-        return ask(line, port_name)
+        return ask(line, port_name, likely)
 
 
 def program(line: Line, port_name: str, plan: Plan, progress: Tell | None = None) -> FlashReport:
@@ -120,14 +126,14 @@ def program(line: Line, port_name: str, plan: Plan, progress: Tell | None = None
     )
 
 
-def ask(line: Line, port_name: str) -> Module:
+def ask(line: Line, port_name: str, likely: Iterable[Chip] = ()) -> Module:
     """Do what `identify_port` does, on a line that is open.
 
     Raises:
         RigError: see `identify_port`.
     """
     try:
-        return line.converse(identify())
+        return line.converse(identify(likely))
     except TroubleError as trouble:
         raise RigError(sentence_of(trouble, port_name, "", False)) from trouble
     except LOST as error:
@@ -152,14 +158,16 @@ def opened(port_name: str, clock: Clock | None = None) -> Iterator[Line]:
     lock = PortLock(port_name)
     lock.take()
     try:
-        if port_name.startswith(("socket://", "loop://")):
+        base, control = split_control(port_name)
+        if base.startswith(("socket://", "loop://")) and not control:
             raise RigError(
                 f"{port_name}: carries neither BREAK nor DTR, so nothing can be reset for a "
-                "download; use rfc2217://, which does"
+                f"download; use rfc2217://, which does, or say {SIGN}HOST:PORT behind it"
             )
         port = open_port(port_name)
+        remote = "://" in base or bool(control)
         try:
-            yield Line(port, clock or WallClock(), REMOTE_LATENCY_S * ("://" in port_name))
+            yield Line(port, clock or WallClock(), REMOTE_LATENCY_S * remote)
         finally:
             close_port(port)
     finally:

@@ -15,6 +15,7 @@ import serial
 from cgagen.bench_protocol import BAUD
 from cgagen.errors import RigError
 from cgagen.files import digest
+from cgagen.link.steered import SteeredPort, split_control
 from cgagen.link.why import why_closed
 
 READ_S = 0.05
@@ -36,7 +37,8 @@ class PortLock:
 
     def __init__(self, port: str) -> None:
         self._port = port
-        real = os.path.realpath(port) if "://" not in port else port
+        name, _ = split_control(port)
+        real = os.path.realpath(name) if "://" not in name else name
         self._path = Path(tempfile.gettempdir()) / f"cgagen-port-{digest(real)[:16]}.lock"
         self._file: IO[bytes] | None = None
 
@@ -73,16 +75,18 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
     """Open a port with DTR and RTS off, which leaves a Stamp alone.
 
     Args:
-        name: device path or URL of pyserial's.
+        name: device path or URL of pyserial's, with `?control=HOST:PORT` where DTR and BREAK
+            are elsewhere (`cgagen.link.steered`).
         baud: bits per second.
 
     Raises:
         RigError: it cannot be opened.
     """
+    base, control = split_control(name)
     try:
-        port = serial.serial_for_url(name, do_not_open=True)
+        port = serial.serial_for_url(base, do_not_open=True)
         port.baudrate, port.timeout = baud, READ_S
-        if "://" not in name:
+        if "://" not in base:
             port.exclusive, port.write_timeout = True, WRITE_S
         with suppress(OSError, ValueError):
             port.dtr, port.rts = False, False
@@ -91,8 +95,19 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
             warnings.simplefilter("ignore", DeprecationWarning)
             port.open()
     except (OSError, ValueError, serial.SerialException) as error:
-        raise RigError(f"{name}: cannot be opened: {why_closed(name, error)}") from error
-    return port
+        raise RigError(f"{base}: cannot be opened: {why_closed(base, error)}") from error
+    return _steered(port, base, control) if control else port
+
+
+def _steered(port: serial.SerialBase, base: str, control: str) -> serial.SerialBase:
+    try:
+        return SteeredPort(port, control)
+    except (OSError, ValueError) as error:
+        close_port(port)
+        raise RigError(
+            f"{base}: nobody takes its DTR and BREAK at {control} ({error}); say the address that "
+            "its server has printed"
+        ) from error
 
 
 def reset_by_dtr(name: str, port: serial.SerialBase) -> None:

@@ -11,6 +11,7 @@ from cgagen.verbs.console import Console, with_console
 
 if TYPE_CHECKING:
     from cgagen.flash import FlashReport, Module, Progress
+    from cgagen.stamp.chips import Chip
     from cgagen.stamp.image import Image
 
 PORT_HELP = "auto (the only one that answers), a device, id:SERIAL, or rfc2217://HOST:PORT."
@@ -97,7 +98,7 @@ def _flash_file(console: Console, file: Path, given: dict[str, Any]) -> None:
         return
 
     def answers(name: str) -> bool:
-        module = _module_at(console, name)
+        module = _module_at(console, name, image.model)
         return module is not None and module.model == image.model
 
     port = choose_port(given["port"], answers)
@@ -111,13 +112,13 @@ def _flash_file(console: Console, file: Path, given: dict[str, Any]) -> None:
     _report(console, {file.stem: report})
 
 
-def _module_at(console: Console, port: str) -> "Module | None":
+def _module_at(console: Console, port: str, *likely: "Chip") -> "Module | None":
     """Return the module on a port, and note what it is; None where none answers."""
     from cgagen.errors import CgagenError
     from cgagen.flash import identify_port
 
     try:
-        module = identify_port(port)
+        module = identify_port(port, likely)
     except CgagenError as error:
         console.note(f"note: {error}")
         return None

@@ -205,6 +205,12 @@ class Timer:
             self._event = None
 
     @property
+    def booked(self) -> bool:
+        """Whether the action is to come."""
+        event = self._event
+        return event is not None and event.action is not None
+
+    @property
     def due_ns(self) -> int | None:
         """When the action comes; None where it is not booked."""
         state = self.state()

@@ -3,6 +3,9 @@
 Ref: S2 p. 415 to 429.
 """
 
+from functools import lru_cache
+from itertools import groupby
+
 from cgagen.emulator.commands.levels import FOREVER_NS, LAST_PIN, release
 from cgagen.emulator.commands.lists import bytes_of
 from cgagen.emulator.commands.serial_line import MARK, SPACE, Line, data_bits, line_of, set_line
@@ -63,16 +66,21 @@ def serout_flow(
 
 def send_byte(pins: Pins, line: Line, byte: int) -> Command[None]:
     """Send a start bit, eight bits and a stop bit; bits of one level are one wait."""
-    frame = MARK << 9 | data_bits(byte, line.seven_even) << 1 | SPACE
-    start = 0
-    while start < FRAME_BITS:
-        bit = frame >> start & 1
-        end = start + 1
-        while end < FRAME_BITS and frame >> end & 1 == bit:
-            end += 1
+    for bit, wait in _waits(data_bits(byte, line.seven_even), line.bit_ns):
         set_line(pins, line, bit)
-        yield Delay((end - start) * line.bit_ns)
-        start = end
+        yield wait
 
 
 FRAME_BITS = 10
+
+
+@lru_cache(maxsize=4096)
+def _waits(data: int, bit_ns: int) -> tuple[tuple[int, Delay], ...]:
+    """Return the levels of a frame and how long each lasts.
+
+    >>> [(bit, wait.ns) for bit, wait in _waits(0x41, 104)]
+    [(0, 104), (1, 104), (0, 520), (1, 104), (0, 104), (1, 104)]
+    """
+    frame = MARK << FRAME_BITS - 1 | data << 1 | SPACE
+    runs = groupby(frame >> place & 1 for place in range(FRAME_BITS))
+    return tuple((bit, Delay(len([*run]) * bit_ns)) for bit, run in runs)

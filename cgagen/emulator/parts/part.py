@@ -7,6 +7,8 @@ from cgagen.emulator.clock import Action, Booking, Clock, Timer
 
 _DATA = (int, float, str, bytes, bytearray, tuple, frozenset, list, dict, type(None))
 
+_FIXED = frozenset({int, bool, float, str, bytes, type(None)})
+
 PartState = tuple[dict[str, Any], tuple[Booking | None, ...]]
 
 
@@ -39,7 +41,7 @@ class Part:
     def state(self) -> PartState:
         """Return what `restore` needs, as a value of its own."""
         data = {
-            key: copy.deepcopy(value)
+            key: _copied(value)
             for key, value in vars(self).items()
             if key != "_timers" and key not in self.CIRCUIT and not _is_circuit(value)
         }
@@ -48,7 +50,7 @@ class Part:
     def restore(self, state: PartState) -> None:
         """Go back to a state; the clock has been restored before."""
         data, bookings = state
-        vars(self).update(copy.deepcopy(data))
+        vars(self).update({key: _copied(value) for key, value in data.items()})
         for timer, booking in zip(self._timers, bookings, strict=True):
             timer.restore(booking)
 
@@ -56,6 +58,11 @@ class Part:
         """Return what this part has booked now."""
         states = (timer.state() for timer in self._timers)
         return [state for state in states if state is not None]
+
+
+def _copied(value: Any) -> Any:
+    """Return a copy. Most values cannot change, and a bench has hundreds of them."""
+    return value if type(value) in _FIXED else copy.deepcopy(value)
 
 
 def _is_circuit(value: object) -> bool:

@@ -5,7 +5,7 @@ Left out: rise times, the tolerance of baud rates, and handshake lines other tha
 """
 
 from collections.abc import Callable
-from itertools import pairwise
+from functools import cache
 
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.part import Part
@@ -171,29 +171,27 @@ class Uart(Part):
 
     def _changed(self, level: int | None) -> None:
         space = level == 1 - self._mark
-        if self._sample.due_ns is None:
+        if not self._sample.booked:
             if not space:
                 return
             self._edges = []
-            self._sample.after(self._bit_ns(len(_frame(0, self._seven_even)) - 0.5))
+            self._sample.after(_looks_ns(self._baud)[-1])
         self._edges.append((self.clock.now_ns, 0 if space else 1))
 
     def _frame_over(self) -> None:
-        began_ns = self._edges[0][0]
-        count = len(_frame(0, self._seven_even))
-        bits = [
-            _level_at(self._edges, began_ns + self._bit_ns(number + 0.5)) for number in range(count)
-        ]
-        byte = sum(bit << place for place, bit in enumerate(bits[1:9]))
-        if self._seven_even:
-            byte &= 0x7F
-        if tuple(bits) != _frame(byte, self._seven_even):
-            self.errors += bits[0] == 0
-            if bits[0] or not self.keeps_errors:
+        bits = _looked_at(self._edges, _looks_ns(self._baud))
+        byte = bits >> 1 & (0x7F if self._seven_even else 0xFF)
+        if bits != _number(byte, self._seven_even):
+            start = bits & 1
+            self.errors += not start
+            if start or not self.keeps_errors:
                 return
         self._received.append(byte)
         if self.heard is not None:
             self.heard(byte)
+
+
+FRAME_BITS = 10
 
 
 def _frame(byte: int, seven_even: bool) -> tuple[int, ...]:
@@ -208,9 +206,25 @@ def _frame(byte: int, seven_even: bool) -> tuple[int, ...]:
     return (0, *bits, 1)
 
 
-def _level_at(edges: list[tuple[int, int]], time_ns: int) -> int:
-    """Return the level after the last edge up to a time."""
-    for (_, level), (until_ns, _) in pairwise(edges):
-        if time_ns < until_ns:
-            return level
-    return edges[-1][1]
+@cache
+def _number(byte: int, seven_even: bool) -> int:
+    """Return a frame as a number, its first bit lowest."""
+    return sum(bit << place for place, bit in enumerate(_frame(byte, seven_even)))
+
+
+@cache
+def _looks_ns(baud: int) -> tuple[int, ...]:
+    """Return when each bit of a frame is looked at, from its beginning on."""
+    return tuple(int((place + 0.5) * 1_000_000_000 // baud) for place in range(FRAME_BITS))
+
+
+def _looked_at(edges: list[tuple[int, int]], looks_ns: tuple[int, ...]) -> int:
+    """Return a frame as a number: at each look, the level after the last edge up to then."""
+    began_ns, level = edges[0]
+    bits, following, count = 0, 1, len(edges)
+    for place, look_ns in enumerate(looks_ns):
+        while following < count and edges[following][0] <= began_ns + look_ns:
+            level = edges[following][1]
+            following += 1
+        bits |= level << place
+    return bits

@@ -7,7 +7,7 @@ KILLS  ?= runs/kills
 # The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
 NODE_EXTRA := $(shell node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' 2>/dev/null || echo ,node)
 
-.PHONY: demo test check hil hil-colony firmware benchmark paper mutants hil-mutants clean setup clients
+.PHONY: demo test check hil hil-colony hil-parting firmware benchmark paper mutants hil-mutants clean setup clients
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -43,9 +43,13 @@ hil: setup                 ## the firmware against its specification
 hil-colony: setup          ## whole robots from all 100 fixed starts: a quarter of an hour
 	$(BIN)/python -m pytest hil/test_colony.py -q -m slow
 
-firmware: setup            ## rebuild the checked-in reference firmware
+hil-parting: setup         ## how far robots without referee, and on three lines, part from the simulator
+	$(BIN)/python -m hil.rates
+
+firmware: setup            ## rebuild the checked-in reference firmware, and record its traces
 	$(BIN)/cgagen build firmware/reference.genome -o firmware/predator --force
 	$(BIN)/cgagen build --robot servobot-prey -o firmware/prey --force
+	$(BIN)/python -m hil.traces.shipped
 
 benchmark: setup           ## measure speed, as ratios in one run
 	$(BIN)/cgagen benchmark

@@ -327,6 +327,9 @@ def test_the_wheel_carries_templates_and_robots(wheel: Path) -> None:
     assert {path.name for path in (wheel / "cgagen" / "_templates").glob("*.j2")} == templates
     robots = {path.name for path in (ROOT / "cgagen" / "robots").glob("*.toml")}
     assert {path.name for path in (wheel / "cgagen" / "robots").glob("*.toml")} == robots
+    recorded = {path.name for path in (ROOT / "hil" / "traces").iterdir() if path.is_file()}
+    assert {"hunt.log", "hunt.log.json", "rig.dbc", "vectors.csv"} <= recorded
+    assert {path.name for path in (wheel / "hil" / "traces").iterdir()} == recorded
 
 
 def test_an_installed_build_works_in_any_folder(

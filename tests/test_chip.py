@@ -237,7 +237,9 @@ def test_button(
 
 
 def test_button_makes_its_pin_an_input(tokenizer: Tokenizer) -> None:
-    made = chip_of(tokenizer, "k VAR Byte\nDIRS = $FFFF\nBUTTON 2, 0, 255, 0, k, 1, done\ndone: STOP")
+    made = chip_of(
+        tokenizer, "k VAR Byte\nDIRS = $FFFF\nBUTTON 2, 0, 255, 0, k, 1, done\ndone: STOP"
+    )
     made.run(SECOND_NS)
     assert made.registers["DIRS"] == 0xFFFB
 
@@ -306,7 +308,7 @@ def test_auxio_has_latches_without_pins(tokenizer: Tokenizer) -> None:
 def test_hooks_stop_where_they_are(tokenizer: Tokenizer) -> None:
     head = "' {$STAMP BS2}\n' {$PBASIC 2.5}\n"
     compiled = tokenizer.compile(head + "w VAR Word\nagain: w = w + 1\nPAUSE 5\nGOTO again\n")
-    made = Chip("chip", [compiled.image], Clock())
+    made = Chip("chip", [compiled], Clock())
     seen: list[int] = []
 
     def look(chip: Chip) -> None:
@@ -315,7 +317,7 @@ def test_hooks_stop_where_they_are(tokenizer: Tokenizer) -> None:
         if len(seen) == 4:
             chip.clock.stop()
 
-    remove = made.on_line(compiled.source_map, 5, look)
+    remove = made.on_line(5, look)
     made.run(SECOND_NS)
     assert (seen, made.registers["W0"], made.clock.stopped) == ([1, 2, 3, 4], 4, True)
     made.run(made.clock.now_ns + 20_000_000)
@@ -324,7 +326,33 @@ def test_hooks_stop_where_they_are(tokenizer: Tokenizer) -> None:
     made.run(SECOND_NS)
     assert len(seen) == 7
     with pytest.raises(BenchError, match="line 1"):
-        made.on_line(compiled.source_map, 1, look)
+        made.on_line(1, look)
+
+
+def test_hooks_on_addresses_labels_and_pins(tokenizer: Tokenizer) -> None:
+    """Led goes on and off twice; each hook sees its own moments, and none after its end."""
+    head = "' {$STAMP BS2}\n' {$PBASIC 2.5}\n"
+    source = "Led PIN 3\nn VAR Byte\nagain:\nn = n + 1\nHIGH Led\nLOW Led\nIF n < 4 THEN again\n"
+    compiled = tokenizer.compile(head + source + "STOP\n")
+    made = Chip("chip", [compiled], Clock())
+    bits = {one.line: one.bit for one in compiled.source_map.statements}
+    at_address, at_label, at_pin, each = [], [], [], []
+    ends = [
+        made.on_address(bits[7], lambda chip: at_address.append((chip.ram["n"], chip.pc))),
+        made.on_label("Again", lambda chip: at_label.append(chip.ram["n"])),
+        made.on_pin("led", at_pin.append),
+        made.on_instruction(lambda chip: each.append(chip.pc)),
+    ]
+    assert made.run_until(lambda: made.ram["n"] == 3, SECOND_NS)
+    assert at_address == [(1, bits[7]), (2, bits[7]), (3, bits[7])]
+    assert at_label == [0, 1, 2]
+    assert at_pin == [1, 0, 1, 0]
+    assert len(each) == made.instructions + 1
+    for end in ends:
+        end()
+    made.run(SECOND_NS)
+    assert made.ended is End.STOP
+    assert (len(at_address), len(at_label), len(at_pin)) == (3, 3, 4)
 
 
 def test_run_until_looks_before_every_instruction(tokenizer: Tokenizer) -> None:

@@ -241,7 +241,7 @@ def test_names_are_those_of_the_slot_that_runs(tokenizer: Tokenizer) -> None:
         ("label", r"it.bs2: no label agian; did you mean again\?"),
         ("far", r"it.bs2: no variable zzzz; there are .*laps.*"),
         ("part", r"it.bs2: no variable flag.BIT0"),
-        ("line", "no statement begins on line 1"),
+        ("line", r"no statement begins on line 1 of it.bs2; .* the nearest are 8 and 9"),
     ],
 )
 def test_what_is_not_there(tokenizer: Tokenizer, what: str, sentence: str) -> None:
@@ -249,7 +249,6 @@ def test_what_is_not_there(tokenizer: Tokenizer, what: str, sentence: str) -> No
         tokenizer,
         "led PIN 1\nlaps VAR Byte\nlapses VAR Byte\nflag VAR Bit\nrow DATA 1\nagain: laps = 1\nEND",
     )
-    compiled = chip.programs[0]
     looks = {
         "variable": lambda: chip.ram["lapps"],
         "pin": lambda: chip.level("leed"),
@@ -257,7 +256,7 @@ def test_what_is_not_there(tokenizer: Tokenizer, what: str, sentence: str) -> No
         "label": lambda: chip.on_label("agian", lambda chip: None),
         "far": lambda: chip.variable("zzzz"),
         "part": lambda: chip.ram["flag.BIT0"],
-        "line": lambda: chip.on_line(compiled.source_map, 1, lambda chip: None),
+        "line": lambda: chip.on_line(1, lambda chip: None),
     }
     with pytest.raises((SymbolError, BenchError), match=sentence):
         looks[what]()

@@ -49,7 +49,7 @@ A snapshot is exact, in the middle of anything; what follows can be had again:
 Hooks on lines, labels, addresses and pins see each moment; each returns how to end it:
 
 >>> lefts, levels = [], []
->>> end_it = chip.on_line(compiled.source_map, 13, lambda chip: lefts.append(chip.ram["left"]))
+>>> end_it = chip.on_line(13, lambda chip: lefts.append(chip.ram["left"]))
 >>> end_this = chip.on_pin("Led", levels.append)
 >>> bench.run(until_ns=50_000_000)
 >>> lefts, levels

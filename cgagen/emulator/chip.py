@@ -10,7 +10,6 @@ from cgagen.emulator.registers import Registers
 from cgagen.emulator.runner import RUN_AHEAD_NS
 from cgagen.emulator.underway import before_of, put_back, repeated
 from cgagen.errors import BenchError
-from cgagen.stamp.compiled import SourceMap
 
 __all__ = ["Chip", "ChipState", "Coverage", "End", "Hook", "Waiting"]
 
@@ -113,18 +112,27 @@ class Chip(Named):
 
         return remove
 
-    def on_line(
-        self, source_map: SourceMap, line: int, hook: Hook, slot: int = 0
-    ) -> Callable[[], None]:
+    def on_line(self, line: int, hook: Hook, slot: int = 0) -> Callable[[], None]:
         """Call `hook` whenever a line of the source is about to begin; returns how to end that.
 
+        Args:
+            line: from 1; of several statements on it, the first.
+            hook: called; see `on_address`.
+            slot: whose source it is.
+
         Raises:
-            BenchError: no statement begins on that line.
+            SymbolError: the source of that slot is not known.
+            BenchError: no statement begins on that line; the nearest lines.
         """
-        bits = [statement.bit for statement in source_map.statements if statement.line == line]
-        if not bits:
-            raise BenchError(f"{self.name}: no statement begins on line {line}; name another")
-        return self.on_address(bits[0], hook, slot)
+        compiled = self.source(slot)
+        lines = {one.line: one.bit for one in reversed(compiled.source_map.statements)}
+        if line not in lines:
+            near = " and ".join(map(str, sorted(sorted(lines, key=lambda n: abs(n - line))[:2])))
+            raise BenchError(
+                f"{self.name}: no statement begins on line {line} of {compiled.name}; "
+                f"name another, the nearest are {near or 'none'}"
+            )
+        return self.on_address(lines[line], hook, slot)
 
     def on_label(self, label: str, hook: Hook, slot: int = 0) -> Callable[[], None]:
         """Call `hook` whenever what is behind a label is about to begin; returns how to end that.

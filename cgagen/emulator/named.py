@@ -10,6 +10,7 @@ from cgagen.emulator.pins import PINS, Pins
 from cgagen.emulator.registers import DIRS, FIRST_VARIABLE, OUTS, Registers
 from cgagen.emulator.runner import Runner
 from cgagen.errors import SymbolError
+from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.layout import Place
 from cgagen.stamp.symbols import Symbols, symbols_of
 
@@ -100,16 +101,24 @@ class Named(Runner):
             SymbolError: its source is not known, or could not be read.
         """
         number = self.machine.slot if slot is None else slot
-        compiled = self.programs.get(number)
-        if compiled is None:
-            raise SymbolError(
-                f"{self.name}: the source in slot {number} is not known, so it has no names; "
-                "make the chip with the compiled source, or ask for registers such as W0"
-            )
+        compiled = self.source(number)
         known = self._symbols.get(number)
         if known is None or known[0] is not compiled:
             known = self._symbols[number] = (compiled, symbols_of(compiled))
         return known[1]
+
+    def source(self, slot: int = 0) -> Compiled:
+        """Return the source of the program in a slot.
+
+        Raises:
+            SymbolError: it is not known.
+        """
+        if slot not in self.programs:
+            raise SymbolError(
+                f"{self.name}: the source in slot {slot} is not known, so it has no names; "
+                "make the chip with the compiled source, or ask for registers such as W0"
+            )
+        return self.programs[slot]
 
     def durations(self, *labels: str) -> Durations:
         """Begin to measure how long labelled routines take; slower, and no time is added.

@@ -1,7 +1,7 @@
 """A CAN adapter on a serial line, as LAWICEL's CANUSB speaks it, with an emulated rig as its bus.
 
 Lines end with CR; CR is yes and BELL is no. What comes from the bus comes as lines between the
-answers. Ref: LAWICEL, CAN232 manual, version 3.
+answers. Ref: LAWICEL, CAN232 manual 3.0.
 """
 
 import re
@@ -72,8 +72,8 @@ class SlcanAdapter:
             yield NO if self.is_open else OK
             self.is_open, self._listens_only = True, line == "L"
         elif line == "C":
+            yield OK if self.is_open else NO
             self.is_open = False
-            yield OK
         elif line in ("Z0", "Z1") and not self.is_open:
             self._stamps = line == "Z1"
             yield OK

@@ -297,7 +297,7 @@ def adapter(rig: Rig, *, opened: bool = True) -> SlcanAdapter:
         ("s031C", b"\r", b"\a"),
         ("O", b"\r", b"\a"),
         ("L", b"\r", b"\a"),
-        ("C", b"\r", b"\r"),
+        ("C", b"\a", b"\r"),
         ("V", b"V1013\r", b"V1013\r"),
         ("N", b"NCGAG\r", b"NCGAG\r"),
         ("F", b"\a", b"F00\r"),

@@ -1,0 +1,247 @@
+"""The pytest plugin of cgagen: firmware on trial, in this project and in anybody's.
+
+It comes with the package, so it is loaded in every run of pytest on a machine that has cgagen.
+Therefore it imports nothing of cgagen before a test asks for one of its fixtures, and all its
+words begin with `hil`.
+
+Fixtures: `hil_config` (what was asked for), `hil_subject` (robot, genome, images), `hil_image`,
+`hil_target` (open, identity checked), `hil_registers` (the emulator from a snapshot behind
+sensing), `hil_oracle` (the simulator), `hil_stimuli` (readings of the level), `hil_check`
+(applies readings or a trace, fails with a report), `hil_judge` (the same for a trial of one's
+own), `hil_evidence` (for the report), `hil_trace` and `hil_vectors` (files), `hil_vcd` (draws a bench), `hil_artifacts` (a folder).
+Markers: `hil_needs(CAPABILITY, ...)`, `hil_hardware`, `hil_req(ID, ...)`, `hil_trace(FILE, ...)`,
+`hil_vectors(FILE, ...)`, `hil_slow`.
+
+The order for every option: command line, ini file, environment. Under pytest-xdist the workers
+share the tests of the emulator; what hangs on a wire has a lock, and `--dist loadgroup` keeps
+its tests in one worker.
+"""
+
+import traceback
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cgagen.pytest_plugin.artifacts import FILES, TestFiles
+from cgagen.pytest_plugin.fixtures import (
+    blocked,
+    fixtures_of,
+    hil_artifacts,
+    hil_check,
+    hil_config,
+    hil_evidence,
+    hil_image,
+    hil_judge,
+    hil_oracle,
+    hil_registers,
+    hil_stimuli,
+    hil_trace,
+    hil_vcd,
+    hil_vectors,
+    reset,
+)
+from cgagen.pytest_plugin.options import HilConfig, add_options, given, on_wires, targets_of
+from cgagen.pytest_plugin.ours import ROLES
+from cgagen.pytest_plugin.session import LEVEL, REQUIREMENT, SESSION, VERDICT, WORKER, HilSession
+
+if TYPE_CHECKING:
+    from hil.target import Target
+
+__all__ = [
+    "HilConfig",
+    "hil_artifacts",
+    "hil_check",
+    "hil_config",
+    "hil_evidence",
+    "hil_image",
+    "hil_judge",
+    "hil_oracle",
+    "hil_registers",
+    "hil_stimuli",
+    "hil_trace",
+    "hil_vcd",
+    "hil_vectors",
+]
+
+MARKERS = (
+    "hil_needs(cap, ...): a target must be able to do this",
+    "hil_hardware: only for a target that is named",
+    "hil_req(id, ...): requirements that this test stands for",
+    "hil_trace(file, ...): traces for the fixture hil_trace, beside the test's own file",
+    "hil_vectors(file, ...): tables for the fixture hil_vectors, likewise",
+    "hil_slow: minutes rather than seconds",
+)
+
+
+class Ears:
+    """Hears how tests end, those of the workers, too; the hook says nothing of whose run it is."""
+
+    def __init__(self, session: HilSession) -> None:
+        self._session = session
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Remember how tests of firmware have ended."""
+        self._session.note_test(report)
+
+
+_LINES = pytest.StashKey[list[str]]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options, all of them prefixed."""
+    add_options(parser)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the markers known, and the fixtures that depend on options."""
+    for marker in MARKERS:
+        config.addinivalue_line("markers", marker)
+    config.stash[SESSION] = HilSession(config)
+    config.pluginmanager.register(Ears(config.stash[SESSION]), "cgagen-hil-ears")
+    config.stash[_LINES] = []
+    own = [given(config, name) for name in ("genome", "robot", "build")]
+    subjects = ("named",) if any(own) else ROLES
+    config.pluginmanager.register(fixtures_of(subjects, targets_of(config)), "cgagen-hil")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Begin to count executed lines, where a report or coverage was asked for."""
+    if given(session.config, "coverage") or given(session.config, "report"):
+        session.config.stash[SESSION].start()
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Run a test once for each trace, or each table of vectors, that was named."""
+    named = tuple(map(Path, given(metafunc.config, "trace")))
+    tables = tuple(path for path in named if path.suffix.lower() == ".csv")
+    for name, files in (("hil_trace", named), ("hil_vectors", tables)):
+        if name in metafunc.fixturenames:
+            marks = metafunc.definition.iter_markers(name)
+            beside = metafunc.definition.path.parent
+            own = [beside / str(word) for mark in marks for word in mark.args]
+            paths = files or tuple(own) or (None,)
+            ids = [path.name if path else "none" for path in paths]
+            metafunc.parametrize(name, paths, indirect=True, ids=ids)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep the tests of a wire in one worker of pytest-xdist."""
+    if config.pluginmanager.hasplugin("xdist") and on_wires(config):
+        for item in items:
+            if "hil_target" in getattr(item, "fixturenames", ()):
+                item.add_marker(pytest.mark.xdist_group("cgagen-hil-wire"))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Leave hardware alone that was not named; prepare for what a test leaves behind."""
+    for mark in item.iter_markers("hil_req"):
+        item.user_properties += [(REQUIREMENT, str(one)) for one in mark.args]
+    if not _of_firmware(item):
+        return
+    wanted = item.config.stash[SESSION].asked
+    item.user_properties.append((LEVEL, wanted.level))
+    item.stash[FILES] = TestFiles(item, wanted)
+    if next(item.iter_markers("hil_hardware"), None) and not on_wires(item.config):
+        pytest.skip("needs a target on a wire; name one with --hil-target serial:PORT")
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
+    """Skip what a target cannot do, or refuse; write down what the test does."""
+    _check_needs(item)
+    files, funcargs = item.stash.get(FILES, None), getattr(item, "funcargs", {})
+    if files is None:
+        return (yield)
+    files.begin(funcargs)
+    failure = ""
+    try:
+        return (yield)
+    except pytest.skip.Exception:
+        raise
+    except BaseException as error:
+        failure = "".join(traceback.format_exception_only(error))
+        raise
+    finally:
+        files.finish(failure)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> object | None:
+    """Repeat a test that a sick bench has blocked, as often as asked for."""
+    target: Any = pyfuncitem.funcargs.get("hil_target")
+    reruns = pyfuncitem.config.stash[SESSION].asked.reruns if target is not None else 0
+    names = pyfuncitem._fixtureinfo.argnames
+    words = {name: pyfuncitem.funcargs[name] for name in names}
+    for _ in range(reruns):
+        try:
+            pyfuncitem.obj(**words)
+            return True
+        except Exception as error:
+            if target is None or not blocked(error):
+                raise
+            reset(target)
+    return None  # the last time as any other test
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Say BLOCKED of a test that a sick bench has stopped."""
+    report = yield
+    if call.excinfo is not None and _of_firmware(item):
+        if blocked(call.excinfo.value):
+            report.user_properties.append((VERDICT, "BLOCKED"))
+        if call.when == "setup" and report.failed and FILES in item.stash:
+            item.stash[FILES].finish(str(call.excinfo.value))
+    return report
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any, error: object) -> None:
+    """Take what a worker of pytest-xdist has found."""
+    handed = getattr(node, "workeroutput", {}).get(WORKER)
+    if handed:
+        node.config.stash[SESSION].take(handed)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write what was asked for, or hand it over."""
+    own = session.config.stash[SESSION]
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output[WORKER] = own.hand_over()
+    else:
+        session.config.stash[_LINES] += own.finish()
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Say what was tried."""
+    lines = config.stash.get(_LINES, [])
+    if lines:
+        terminalreporter.section("firmware on trial")
+        for line in lines:
+            terminalreporter.write_line(line)
+
+
+def _of_firmware(item: pytest.Item) -> bool:
+    """Whether a test asks for a fixture of ours, or stands for a requirement."""
+    names = getattr(item, "fixturenames", ())
+    return any(name.startswith("hil_") for name in names) or bool(
+        item.get_closest_marker("hil_req")
+    )
+
+
+def _check_needs(item: pytest.Item) -> None:
+    for mark in item.iter_markers("hil_needs"):
+        target: Target = getattr(item, "funcargs", {})["hil_target"]
+        missing = [one for one in mark.args if one not in target.caps]
+        if missing:
+            words = f"{target.url} cannot show: {', '.join(missing)}"
+            if item.config.stash[SESSION].asked.require:
+                pytest.fail(words, pytrace=False)
+            pytest.skip(words)

@@ -1,0 +1,147 @@
+"""What a single test leaves behind: decisions, waveforms, and the words of its failure."""
+
+import re
+import shutil
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cgagen.pytest_plugin.options import ALWAYS, OFF, HilConfig
+from cgagen.pytest_plugin.ours import load
+from cgagen.pytest_plugin.session import SESSION
+
+if TYPE_CHECKING:
+    from cgagen.emulator.bench import Bench
+    from hil.decisions import Decision
+    from hil.subject import Subject
+    from hil.target import Stimulus, Target
+
+FAILURE = "failure.txt"
+DECISIONS = "decisions.jsonl"
+WAVEFORM = "{}.vcd"
+
+
+def file_name(nodeid: str) -> str:
+    """Return the name of a test as a file's: the same on every machine.
+
+    >>> file_name("hil/test_a.py::test_b[predator-serial:/dev/x]")
+    'hil-test_a.py-test_b-predator-serial-dev-x'
+    """
+    return re.sub(r"[^\w.]+", "-", nodeid).strip("-.")
+
+
+class TestFiles:
+    """The artifacts of the test that runs.
+
+    Args:
+        item: the test.
+        wanted: what was asked for.
+    """
+
+    __test__ = False
+
+    def __init__(self, item: pytest.Item, wanted: HilConfig) -> None:
+        self._item = item
+        self._wanted = wanted
+        self._name = file_name(item.nodeid)
+        self._folder = wanted.folder / self._name if wanted.folder else None
+        self._stack = ExitStack()
+        self._waveforms: list[Path] = []
+        self._asked: dict[str, tuple[Target, Subject, list[Decision]]] = {}
+
+    def folder(self) -> Path:
+        """Return the test's own folder, which is kept.
+
+        Raises:
+            pytest.UsageError: no folder for artifacts was named.
+        """
+        if self._folder is None:
+            raise pytest.UsageError("hil_artifacts wants a folder; name one: --hil-artifacts DIR")
+        return self._made(self._folder)
+
+    def begin(self, funcargs: "dict[str, Any]") -> None:
+        """Watch the targets that a test was given."""
+        for name in ("hil_target", "hil_registers"):
+            target: Any = funcargs.get(name)
+            if hasattr(target, "decide") and "hil_subject" in funcargs:
+                self.watch(name.removeprefix("hil_"), target, funcargs["hil_subject"])
+        bench = getattr(funcargs.get("hil_target"), "bench", None)
+        if bench is not None:
+            self.record(bench, "target")
+
+    def watch(self, name: str, target: "Target", subject: "Subject") -> None:
+        """Write down what a target is asked from now on."""
+        if name in self._asked or not (self._folder or self._wanted.record):
+            return
+        decisions: list[Decision] = []
+        self._asked[name] = (target, subject, decisions)
+        made, ask = load("hil.decisions").Decision, target.decide
+
+        def decide(stimulus: "Stimulus") -> Any:
+            seen = ask(stimulus)
+            decisions.append(made(stimulus, seen))
+            return seen
+
+        target.decide = decide  # type: ignore[method-assign]
+        self._stack.callback(lambda: target.__dict__.pop("decide", None))
+
+    def record(self, bench: "Bench", name: str) -> None:
+        """Draw the wires of a bench from now on, where waveforms are wanted."""
+        if self._wanted.vcd == OFF or self._folder is None:
+            return
+        path = self._made(self._folder) / WAVEFORM.format(file_name(name))
+        self._waveforms.append(path)
+        recording = load("cgagen.emulator.recording").record_bench(path, bench)
+        waveform = self._stack.enter_context(recording)
+        bench.on_restore.append(waveform.rejoin)
+        self._stack.callback(bench.on_restore.remove, waveform.rejoin)
+
+    def finish(self, failure: str) -> None:
+        """Close everything; keep what is to be kept.
+
+        Args:
+            failure: why the test has failed; "" where it has not.
+        """
+        self._stack.close()
+        if self._wanted.record is not None:
+            self._write_records(self._made(self._wanted.record))
+        if not failure and self._wanted.vcd != ALWAYS:
+            for path in self._waveforms:
+                path.unlink(missing_ok=True)
+        if failure and self._folder is not None:
+            again = self._item.config.stash[SESSION].again(self._item.nodeid)
+            text = failure if again in failure else f"{failure.rstrip()}\nagain: {again}"
+            self._write_failure(self._made(self._folder), text)
+        folder = self._folder
+        if folder is not None and folder.is_dir() and not failure and not any(folder.iterdir()):
+            shutil.rmtree(folder)
+
+    def _write_failure(self, folder: Path, failure: str) -> None:
+        load("cgagen.files").write_text(folder / FAILURE, failure.rstrip() + "\n")
+        for name, (_, _, decisions) in self._asked.items():
+            if decisions:
+                write = load("hil.decisions").write_decisions
+                write(folder / f"{name}-{DECISIONS}", decisions)
+
+    def _write_records(self, folder: Path) -> None:
+        """Write the decisions as lines and as a trace that every target can replay."""
+        for name, (target, subject, decisions) in self._asked.items():
+            if not decisions:
+                continue
+            path = folder / f"{self._name}-{name}.jsonl"
+            load("hil.decisions").write_decisions(path, decisions)
+            trace = load("hil.records").trace_of(subject, target, decisions, self._wanted.seed)
+            log = path.with_suffix(".log")
+            load("hil.traces").write_trace(log, trace, subject.robot, force=True)
+
+    @staticmethod
+    def _made(folder: Path) -> Path:
+        load("cgagen.files").make_folder(folder)
+        return folder
+
+
+Draw = Callable[["Bench", str], None]
+FILES = pytest.StashKey[TestFiles]()

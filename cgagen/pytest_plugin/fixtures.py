@@ -1,0 +1,221 @@
+"""The fixtures. All names begin with `hil`; whatever they need of cgagen is imported in them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cgagen.pytest_plugin.artifacts import FILES, Draw
+from cgagen.pytest_plugin.options import HilConfig
+from cgagen.pytest_plugin.ours import load, subject_for
+from cgagen.pytest_plugin.session import SESSION, VERDICT
+
+if TYPE_CHECKING:
+    from cgagen.stamp.image import Image
+    from hil.equivalence import Trial
+    from hil.evidence import Evidence
+    from hil.registers import RegisterTarget
+    from hil.simulated import SimulatedTarget
+    from hil.stimuli import Level
+    from hil.subject import Subject
+    from hil.target import Stimulus, Target
+    from hil.traces import Trace
+
+Judge = Callable[["Trial"], "Trial"]
+Check = Callable[["Target", "Sequence[Stimulus] | Trace"], "Trial"]
+
+
+@pytest.fixture(scope="session")
+def hil_config(pytestconfig: pytest.Config) -> HilConfig:
+    """Return what was asked for."""
+    return pytestconfig.stash[SESSION].asked
+
+
+@pytest.fixture(scope="session")
+def hil_oracle(hil_subject: "Subject") -> "SimulatedTarget":
+    """Return the simulator: what every target is compared with."""
+    oracle: SimulatedTarget = load("hil.simulated").SimulatedTarget(hil_subject)
+    return oracle
+
+
+@pytest.fixture(scope="session")
+def hil_image(hil_subject: "Subject") -> "dict[str, Image]":
+    """Return the images that are to be in the chips, by chip."""
+    return hil_subject.images
+
+
+@pytest.fixture(scope="session")
+def hil_registers(hil_subject: "Subject") -> Iterator["RegisterTarget"]:
+    """Return the emulator from a snapshot behind sensing: thousands of decisions a second."""
+    compile_source = load("cgagen.tokenizer").compile_source
+    target = load("hil.registers").RegisterTarget(hil_subject, compile_source)
+    with target:
+        yield target
+
+
+@pytest.fixture(scope="session")
+def hil_stimuli(hil_subject: "Subject", hil_config: HilConfig) -> "list[Stimulus]":
+    """Return the readings of the level asked for."""
+    stimuli = load("hil.stimuli")
+    level: Level = stimuli.Level(hil_config.level)
+    found: list[Stimulus] = stimuli.stimuli_of(hil_subject.robot, level, hil_config.seed)
+    return found
+
+
+@pytest.fixture
+def hil_evidence(request: pytest.FixtureRequest, hil_subject: "Subject") -> "Evidence":
+    """Return what the report will say of the firmware; a test may add to it."""
+    return request.config.stash[SESSION].evidence(hil_subject)
+
+
+@pytest.fixture
+def hil_judge(
+    request: pytest.FixtureRequest, hil_subject: "Subject", hil_config: HilConfig
+) -> Judge:
+    """Return what notes a trial in the report, and fails the test where it is not PASS."""
+    session = request.config.stash[SESSION]
+
+    def judge(trial: "Trial") -> "Trial":
+        session.note(request.node.nodeid, hil_subject, trial)
+        request.node.user_properties += [
+            ("hil_target", trial.target),
+            (VERDICT, str(trial.verdict)),
+            ("hil_decisions", trial.decisions),
+            ("hil_image", hil_subject.images["main"].digest),
+            ("hil_genome", hil_subject.genome_digest),
+            ("hil_robot", hil_subject.robot.digest[:8]),
+            ("hil_seed", hil_config.seed),
+        ]
+        if trial.verdict != "PASS":
+            pytest.fail(_words(trial, session.again(request.node.nodeid)), pytrace=False)
+        return trial
+
+    return judge
+
+
+@pytest.fixture
+def hil_check(
+    hil_subject: "Subject",
+    hil_config: HilConfig,
+    hil_evidence: "Evidence",
+    hil_judge: Judge,
+) -> Check:
+    """Return what applies readings or a trace to a target and fails with a report where it must.
+
+    What a sick bench has blocked is repeated as often as `--hil-reruns` says, after a reset.
+    """
+
+    def once(target: "Target", stimuli: "Sequence[Stimulus] | Trace") -> "Trial":
+        verify = load("hil.verify")
+        explain = verify.explainer(hil_subject, target) if hasattr(target, "trace") else None
+        trial: Trial
+        if hasattr(stimuli, "samples"):
+            trial = load("hil.traces").replay(hil_subject, target, stimuli, explain)
+        else:
+            compare, ear = load("hil.equivalence").compare, hil_evidence.ear(target.url)
+            trial = compare(hil_subject, target, stimuli, explain, ear)
+        return trial
+
+    def check(target: "Target", stimuli: "Sequence[Stimulus] | Trace") -> "Trial":
+        trial = once(target, stimuli)
+        for _ in range(hil_config.reruns):
+            if trial.verdict != "BLOCKED":
+                break
+            reset(target)
+            trial = once(target, stimuli)
+        return hil_judge(trial)
+
+    return check
+
+
+@pytest.fixture
+def hil_artifacts(request: pytest.FixtureRequest) -> Path:
+    """Return the test's folder for what it wants to leave behind."""
+    return request.node.stash[FILES].folder()  # type: ignore[no-any-return]
+
+
+@pytest.fixture
+def hil_vcd(request: pytest.FixtureRequest) -> Draw:
+    """Return what draws the wires of a bench of the test's own, as `--hil-vcd` says."""
+    return request.node.stash[FILES].record  # type: ignore[no-any-return]
+
+
+@pytest.fixture
+def hil_trace(request: pytest.FixtureRequest, hil_subject: "Subject") -> "Trace":
+    """Return a trace: of `--hil-trace`, or of the test's marker `hil_trace(FILE, ...)`."""
+    return _trace(request, hil_subject, "a trace; name one with --hil-trace FILE")
+
+
+@pytest.fixture
+def hil_vectors(request: pytest.FixtureRequest, hil_subject: "Subject") -> "Trace":
+    """Return readings written by hand: of the test's marker `hil_vectors(FILE.csv, ...)`."""
+    return _trace(request, hil_subject, "vectors; name a CSV with --hil-trace or in the marker")
+
+
+def _trace(request: pytest.FixtureRequest, subject: "Subject", wanted: str) -> "Trace":
+    path: Path | None = getattr(request, "param", None)
+    if path is None:
+        pytest.skip(f"needs {wanted}")
+    origin = load("hil.traces.sidecar").read_origin(path, str(path))
+    if origin is not None and origin.role is not subject.role:
+        pytest.skip(f"{path.name} is a {origin.role}'s, and {subject.robot.name} none")
+    trace: Trace = load("hil.traces").read_trace(path, subject.robot)
+    return trace
+
+
+def fixtures_of(subjects: tuple[str, ...], targets: tuple[str, ...]) -> object:
+    """Return the fixtures whose parameters depend on what was asked for.
+
+    As fixtures with parameters they give way to a fixture of the same name in a test's own file.
+    """
+
+    @pytest.fixture(scope="session", params=subjects)
+    def hil_subject(request: pytest.FixtureRequest, hil_config: HilConfig) -> Any:
+        """Return what is on trial: the reference predator and prey, or what was named."""
+        return subject_for(hil_config, request.param)
+
+    @pytest.fixture(scope="session", params=targets)
+    def hil_target(
+        request: pytest.FixtureRequest, hil_subject: Any, hil_config: HilConfig
+    ) -> Iterator[Any]:
+        """Return a target of the command line, open; absent, it is an error."""
+        opening = load("hil.opening").open_target
+        target = opening(request.param, hil_subject, hil_config.flash, hil_config.reruns)
+        try:
+            yield target
+        finally:
+            target.close()
+
+    holder = ModuleType("cgagen-hil")  # pytest looks for fixtures in modules and classes
+    holder.__dict__.update(hil_subject=hil_subject, hil_target=hil_target)
+    return holder
+
+
+def _words(trial: "Trial", again: str) -> str:
+    """Return why a trial is not PASS, and how to see it again."""
+    lines = [f"{trial.verdict}: {trial.reason}"]
+    if trial.smallest is not None and trial.smallest.stimulus is not None:
+        lines += [f"smallest reading: {trial.smallest.stimulus.text()}"]
+        for word, seen in (
+            ("expected", trial.smallest.expected),
+            ("observed", trial.smallest.observed),
+        ):
+            state = f"state {seen.state}, command {seen.command}" if seen else "no decision"
+            lines += [f"{word}: {state}"]
+        lines += [str(line) for line in trial.smallest.lines]
+    return "\n".join([*lines, f"again: {again}"])
+
+
+def reset(target: "Target") -> None:
+    """Reset a sick target, if it can be; what follows will tell."""
+    with suppress(load("cgagen.errors").RigError):
+        target.reset()
+
+
+def blocked(error: BaseException) -> bool:
+    """Whether an error says that the bench is sick, and nothing of the firmware."""
+    errors = load("cgagen.errors")
+    return isinstance(error, errors.RigError) and not isinstance(error, errors.TargetTimeout)

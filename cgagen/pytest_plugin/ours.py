@@ -1,0 +1,75 @@
+"""Modules of cgagen, imported when a test first asks for something; and what is on trial."""
+
+import importlib
+import importlib.util
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cgagen.pytest_plugin.options import HilConfig
+
+if TYPE_CHECKING:
+    from hil.subject import Subject
+
+ROLES = ("predator", "prey")
+REFERENCE = Path("firmware")
+"""Folder of the reference builds, beside `hil/` in a checkout of cgagen."""
+
+HERE = Path(__file__).parent.parent.parent
+"""Where `cgagen`, `hil` and `sim` lie side by side."""
+
+
+def load(name: str) -> Any:
+    """Import a module of ours, or say which folder is in the place of hil/ or sim/.
+
+    Raises:
+        pytest.UsageError: another hil/ or sim/ comes first on the path.
+    """
+    for room in ("hil", "sim"):
+        spec = importlib.util.find_spec(room)
+        ours = HERE / room
+        if spec is None or not spec.origin or Path(spec.origin).parent.resolve() != ours.resolve():
+            raise pytest.UsageError(
+                f"cgagen's {name} cannot be imported: a folder {room}/ of your own hides ours, so "
+                "rename it, or run pytest from elsewhere"
+            )
+    return importlib.import_module(name)
+
+
+def reference_folder(role: str) -> Path:
+    """Return where the reference build of a robot would be."""
+    return HERE / REFERENCE / role
+
+
+def subject_for(wanted: HilConfig, role: str) -> "Subject":
+    """Return what is on trial: what was named, or the reference.
+
+    Raises:
+        pytest.UsageError: nothing was named, and this is no checkout of cgagen.
+    """
+    read = load("hil.subject").read_subject
+    subject: Subject
+    if wanted.build:
+        subject = read(Path(wanted.build))
+        return subject
+    if wanted.genome or wanted.robot:
+        return _built(wanted)
+    folder = reference_folder(role)
+    if not folder.is_dir():
+        raise pytest.UsageError(
+            "no firmware was named; give --hil-genome FILE, --hil-robot NAME or --hil-build DIR"
+        )
+    subject = read(folder)
+    return subject
+
+
+def _built(wanted: HilConfig) -> "Subject":
+    """Return the firmware of a genome and a robot, built now."""
+    read, robots = load("cgagen.genome").load, load("cgagen.robot")
+    genome = read(Path(wanted.genome)) if wanted.genome else None
+    robot = robots.load_robot(wanted.robot or (genome.robot if genome else ""))
+    with load("cgagen.tokenizer").Tokenizer() as tokenizer:
+        build = load("cgagen.build").make_build(robot, genome, tokenizer)
+    subject: Subject = load("hil.subject").subject_of(build, wanted.genome or robot.name)
+    return subject

@@ -1,0 +1,215 @@
+"""What one run of pytest has found out about the firmware, and what it writes at its end.
+
+Under pytest-xdist every worker has a session of its own; what it has found goes to the
+controller as JSON, and only that one writes.
+"""
+
+import json
+import shlex
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cgagen.pytest_plugin.options import OPTIONS, HilConfig, asked
+from cgagen.pytest_plugin.ours import HERE, ROLES, load, reference_folder, subject_for
+
+if TYPE_CHECKING:
+    from hil.benches import Counted
+    from hil.equivalence import Trial
+    from hil.evidence import Evidence
+    from hil.subject import Subject
+
+WORKER = "cgagen_hil"
+"""Key of what a worker hands over."""
+
+REQUIREMENT, VERDICT, LEVEL = "hil_req", "hil_verdict", "hil_level"
+"""Properties of a test in JUnit's file."""
+
+DECIDING = ("target", "genome", "robot", "build", "level", "seed", "trace")
+"""Options without which a test is another."""
+
+PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
+
+
+class HilSession:
+    """The run.
+
+    Args:
+        config: pytest's.
+
+    Attributes:
+        config: see there.
+        outcomes: of tests of firmware, by name: passed, failed, skipped or BLOCKED.
+        requirements: names of tests, by the id of the requirement.
+    """
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.config = config
+        self.outcomes: dict[str, str] = {}
+        self.requirements: dict[str, list[str]] = {}
+        self._asked: HilConfig | None = None
+        self._evidence: dict[str, Evidence] = {}
+        self._handed: list[dict[str, Any]] = []
+        self._counted: Counted | None = None
+        self._stack = ExitStack()
+
+    @property
+    def asked(self) -> HilConfig:
+        """What was asked for.
+
+        Raises:
+            pytest.UsageError: see `options.asked`.
+        """
+        if self._asked is None:
+            self._asked = asked(self.config)
+        return self._asked
+
+    def start(self) -> None:
+        """Begin to count executed lines, if they are wanted."""
+        if self.asked.counts and self._counted is None:
+            benches = load("hil.benches")
+            self._counted = benches.Counted()
+            self._stack.enter_context(benches.looking(self._counted))
+            if self.asked.reports:
+                load("hil.report").check_names(self.asked.reports)
+
+    def evidence(self, subject: "Subject") -> "Evidence":
+        """Return what is known of a firmware."""
+        key = " ".join([subject.robot.digest, *(one.digest for one in subject.images.values())])
+        if key not in self._evidence:
+            self._evidence[key] = load("hil.evidence").Evidence(subject)
+        return self._evidence[key]
+
+    def note(self, name: str, subject: "Subject", trial: "Trial") -> None:
+        """Remember what came of a test's trial."""
+        self.evidence(subject).trial(name, trial)
+
+    def note_test(self, report: pytest.TestReport) -> None:
+        """Remember how a test of firmware has ended; a phase that is worse stays."""
+        words = [name for name, _ in report.user_properties]
+        if LEVEL not in words and REQUIREMENT not in words:
+            return
+        blocked = (VERDICT, "BLOCKED") in report.user_properties
+        outcome = "BLOCKED" if blocked and report.failed else str(report.outcome)
+        before = self.outcomes.get(report.nodeid, PASSED)
+        self.outcomes[report.nodeid] = outcome if before == PASSED else before
+        for name, value in report.user_properties:
+            if name == REQUIREMENT:
+                tests = self.requirements.setdefault(str(value), [])
+                tests += [] if report.nodeid in tests else [report.nodeid]
+
+    def take(self, handed: str) -> None:
+        """Take what a worker hands over."""
+        self._handed += json.loads(handed)
+
+    def hand_over(self) -> str:
+        """Return what was found, for the controller."""
+        return json.dumps(self._robots())
+
+    def finish(self) -> list[str]:
+        """Write what was asked for; returns lines for the terminal."""
+        self._stack.close()
+        if not (self._evidence or self._handed or self._counted or self.requirements):
+            return []
+        robots = self._robots()
+        lines = [line for robot in robots for line in self._told(robot)]
+        if self.asked.coverage is not None:
+            lines += load("hil.coverage_files").write_coverage(self.asked.coverage, robots)
+        if self.asked.reports:
+            files = self._write_reports(robots)
+            lines += [f"report: {file}" for file in files]
+        return lines
+
+    def again(self, nodeid: str = "") -> str:
+        """Return the command that repeats this run, or one test of it.
+
+        Folders of this machine are left out where the run began in them.
+        """
+        if nodeid:
+            words = [nodeid, *self._options()]
+        else:
+            words = list(map(str, self.config.invocation_params.args))
+        root = f"{self.config.invocation_params.dir}/"
+        return shlex.join(["pytest", *(word.replace(root, "") for word in words)])
+
+    def _options(self) -> list[str]:
+        """Return the options of this run that say what is tried."""
+        words = []
+        for option in OPTIONS:
+            value = self.config.getoption(f"--hil-{option.name}", None)
+            if value is not None and option.name in DECIDING:
+                found = value if option.many else [value]
+                words += [part for one in found for part in (f"--hil-{option.name}", str(one))]
+        return words
+
+    def _robots(self) -> list[dict[str, Any]]:
+        """Return what is known of each firmware, by this process and by all workers."""
+        module = load("hil.evidence")
+        if self._counted is not None:
+            self._count()
+        found: dict[str, dict[str, Any]] = {}
+        for data in [*(one.data() for one in self._evidence.values()), *self._handed]:
+            key = module.key_of(data)
+            found[key] = module.merged(found[key], data) if key in found else data
+        return [found[key] for key in sorted(found)]
+
+    def _count(self) -> None:
+        """Put the counted lines to the firmware that they are of."""
+        counted, compile_source = self._counted, load("cgagen.tokenizer").compile_source
+        if counted is None:
+            return
+        known = {image.digest for one in self._evidence.values() for image in _images(one)}
+        for role in ROLES:
+            if reference_folder(role).is_dir():
+                subject = subject_for(HilConfig((), None, None, None, "", 1, False), role)
+                met = {image.digest for image in subject.images.values()} & {*counted.coverage}
+                if met - known:
+                    self.evidence(subject)
+        for one in self._evidence.values():
+            one.count(counted, compile_source)
+
+    def _told(self, robot: dict[str, Any]) -> list[str]:
+        """Return a line for each trial."""
+        genome = (robot["genome"] or robot["robot"])[:8]
+        main = robot["images"]["main"][:8]
+        return [
+            f"{trial['verdict']} {robot['name']} on {trial['target']}: {trial['decisions']} "
+            f"decisions, level {self.asked.level}, seed {self.asked.seed}, image {main}, "
+            f"genome {genome}"
+            + (f", {trial['stale']} stale" if trial["stale"] else "")
+            + (f", {trial['left_out']} left out" if trial["left_out"] else "")
+            + (f"; {trial['note']}" if trial["note"] else "")
+            for _, trial in sorted(robot["trials"].items())
+        ]
+
+    def _write_reports(self, robots: list[dict[str, Any]]) -> list[Path]:
+        report, requirements = load("hil.report"), load("hil.requirements")
+        verdict = load("hil.equivalence").Verdict
+        words = {FAILED: verdict.FAIL, "BLOCKED": verdict.BLOCKED}
+        texts = requirements.read_requirements(self._requirements_file())
+        data = report.report_of(
+            robots,
+            self.asked.level,
+            self.asked.seed,
+            self.again(),
+            [report.read_kills(path) for path in self.asked.kills],
+            requirements.matrix(texts, self.requirements, self.outcomes),
+            [words[one] for one in self.outcomes.values() if one in words],
+        )
+        files: list[Path] = report.write_reports(self.asked.reports, data)
+        return files
+
+    def _requirements_file(self) -> Path | None:
+        """Return what was named; for a run of cgagen's own tests, their own."""
+        ours = any(name.startswith("hil/test_") for name in self.outcomes)
+        own = HERE / "hil" / "requirements.toml"
+        return self.asked.requirements or (own if ours and own.is_file() else None)
+
+
+def _images(evidence: "Evidence") -> list[Any]:
+    return list(evidence.subject.images.values())
+
+
+SESSION = pytest.StashKey[HilSession]()

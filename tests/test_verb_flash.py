@@ -120,7 +120,7 @@ def test_a_port_whose_dtr_is_elsewhere(kind: str) -> None:
         name = f"{server.url}?control={server.control}"
         assert flash_image(name, image).attempts == 1
         assert holds(bench, "main", image)
-        with pytest.raises(RigError, match="nobody takes its DTR and BREAK at 127.0.0.1:1 "):
+        with pytest.raises(RigError, match=r"nobody takes its DTR and BREAK at 127\.0\.0\.1:1 "):
             identify_port(f"{server.url}?control=127.0.0.1:1")
         with pytest.raises(RigError, match="nobody takes its DTR and BREAK at nonsense "):
             identify_port(f"{server.url}?control=nonsense")
@@ -259,7 +259,24 @@ def test_an_edited_source(build: Path, capsys: pytest.CaptureFixture[str]) -> No
 
 def test_an_image_for_another_model(build: Path, capsys: pytest.CaptureFixture[str]) -> None:
     err = refused([str(build / "main.bin"), "--model", "BS2"], 3, capsys)
-    assert "main.bin: was built for a BS2p, not for a BS2" in err
+    assert "main.bin: is for a BS2p, not for a BS2;" in err
+
+
+def test_a_source_is_compiled_and_its_blocks_alone_are_sent(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "hello.bs2"
+    path.write_text('\' {$STAMP BS2}\nDEBUG "hello", CR\nEND\n', "utf-8")
+    bench = bench_of_image(blank("BS2"))
+    with serve(bench, "rfc2217:0") as server:
+        assert main(["flash", str(path), "--port", server.url]) == 0
+    out = capsys.readouterr().out
+    assert "hello: BS2 on rfc2217://" in out
+    assert "has taken all 2 packets" in out
+    assert "it talks" in out
+    assert "is for a BS2, not for a BS2p;" in refused([str(path), "--model", "BS2P"], 3, capsys)
+    path.write_text("' {$STAMP BS2}\nFLY\n", "utf-8")
+    assert "hello.bs2" in refused([str(path)], 6, capsys)
 
 
 def test_a_bare_image(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

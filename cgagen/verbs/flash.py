@@ -18,12 +18,14 @@ PORT_HELP = "auto (the only one that answers), a device, id:SERIAL, or rfc2217:/
 
 
 @click.command("flash")
-@click.argument("target", metavar="[BUILD|IMAGE]", type=click.Path(path_type=Path), required=False)
+@click.argument(
+    "target", metavar="[BUILD|IMAGE|SOURCE]", type=click.Path(path_type=Path), required=False
+)
 @click.option("--port", default="auto", show_default=True, metavar="PORT", help=PORT_HELP)
 @click.option("--main", metavar="PORT", help="Of a BUILD: the main controller's port.")
 @click.option("--locomotion", metavar="PORT", help="Of a BUILD: the locomotion controller's.")
 @click.option("--model", metavar="NAME", help="The chip of a bare IMAGE: BS2, BS2e, BS2sx, ...")
-@click.option("--slot", type=click.IntRange(0, 7), default=0, help="Of a bare IMAGE. Default: 0.")
+@click.option("--slot", type=click.IntRange(0, 7), default=0, help="Of a bare IMAGE or a SOURCE.")
 @click.option("--identify-only", is_flag=True, help="Say what is on the port, and send nothing.")
 @click.option("--dry-run", is_flag=True, help="Say what would be sent; opens no port.")
 @click.option("--verify", is_flag=True, help="Read back what was sent, through the bench hook.")
@@ -32,9 +34,10 @@ def flash_verb(console: Console, /, target: Path | None, **given: Any) -> None:
     r"""Program BASIC Stamps over their programming ports.
 
     A BUILD folder goes into both Stamps of its robot; each port is asked which module it has. An
-    IMAGE of a build goes into one Stamp; a bare IMAGE of 2,048 bytes needs --model and is sent
-    whole. The Stamp is identified first, every packet must be acknowledged, and the program is
-    started at the end. What goes wrong on the line is tried again, three times at most.
+    IMAGE of a build goes into one Stamp, and so does a PBASIC SOURCE, which is compiled; a bare
+    IMAGE of 2,048 bytes needs --model and is sent whole. The Stamp is identified first, every
+    packet must be acknowledged, and the program is started at the end. What goes wrong on the
+    line is tried again, three times at most.
 
     --verify asks the firmware itself, after a reset, for every block that was sent: what the
     running program reads from its own EEPROM is then what was sent. It says nothing of blocks
@@ -44,13 +47,14 @@ def flash_verb(console: Console, /, target: Path | None, **given: Any) -> None:
     Exit codes:
       0  every packet was acknowledged
       3  the image, or the build that it lies in, is not fit to be sent
+      6  the tokenizer refuses the source
       7  a port or what hangs on it is sick, or it is another model; nothing was sent
       8  a download had begun and failed: flash again before the robot runs
     """
     if given["identify_only"]:
         _identify(console, target, given)
     elif target is None:
-        raise click.UsageError("name a build folder or an image; or give --identify-only")
+        raise click.UsageError("name a build folder, an image or a source; or give --identify-only")
     elif target.is_dir():
         _flash_folder(console, target, given)
     else:

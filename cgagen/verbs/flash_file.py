@@ -1,5 +1,6 @@
-"""The image that a file of the command line is: out of a build with all that is known, or bare."""
+"""The image that a file of the command line is: out of a build, a bare one, or from a source."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -10,28 +11,30 @@ from cgagen.build.record import RECORD_FILE
 from cgagen.errors import ImageError
 from cgagen.stamp.chips import CHIPS, EEPROM_BYTES, chip
 from cgagen.stamp.image import Image
+from cgagen.tokenizer import Tokenizer
+from cgagen.tokenizer.files import read_source
+from cgagen.verbs.info_image import SOURCE_SUFFIXES
 
 
 def image_at(file: Path, model: str | None, slot: int) -> Image:
     """Return the image in a file.
 
     Args:
-        file: 2,048 bytes.
+        file: 2,048 bytes, or a PBASIC source.
         model: the chip's name; needed where the file lies in no build.
         slot: program slot of a bare image.
 
     Raises:
         ImageError: it is no image, or one for another model.
         FolderError: it lies in a build that does not fit together.
+        SourceError: it is a source that the tokenizer refuses.
         UsageError: nothing tells the model.
     """
+    if file.suffix.lower() in SOURCE_SUFFIXES:
+        return _compiled(file, model, slot)
     built = _built(file)
     if built is not None:
-        if model is not None and chip(model) != built.model:
-            raise ImageError(
-                f"{file}: was built for a {built.model.name}, not for a {chip(model).name}; leave "
-                "--model out, or take the other image"
-            )
+        _refuse_other(file, model, built)
         if slot != built.slot:
             raise ImageError(f"{file}: was built for slot {built.slot}; leave --slot out")
         return built
@@ -51,6 +54,21 @@ def image_at(file: Path, model: str | None, slot: int) -> Image:
         ) from error
     except ImageError as error:
         raise ImageError(f"{file}: {error}") from error
+
+
+def _compiled(file: Path, model: str | None, slot: int) -> Image:
+    with Tokenizer() as tokenizer:
+        image = tokenizer.compile(read_source(file), file.name).image
+    _refuse_other(file, model, image)
+    return replace(image, slot=slot)
+
+
+def _refuse_other(file: Path, model: str | None, image: Image) -> None:
+    if model is not None and chip(model) != image.model:
+        raise ImageError(
+            f"{file}: is for a {image.model.name}, not for a {chip(model).name}; leave --model "
+            "out, or take the other file"
+        )
 
 
 def _built(file: Path) -> Image | None:

@@ -628,6 +628,16 @@ def test_a_replay_passes_on_the_simulator_and_through_the_pins(predator: Subject
         result = replay(predator, target, trace)
         assert (result.verdict, result.reason, result.index) == (Verdict.PASS, "", None)
         assert result.decisions == len(trace.samples)
+        assert result.unproven == ()
+
+
+def test_what_cannot_be_given_is_unproven(predator: Subject) -> None:
+    plain = parse_vectors(f"{HEAD}\n0,{CALM},,,\n1,65535{CALM[1:]},,,", "v.csv", PREDATOR)
+    with PinsTarget(predator) as target:
+        result = replay(predator, target, plain)
+        assert (result.verdict, result.decisions, result.unproven) == (Verdict.PASS, 1, (1,))
+        alone = dataclasses.replace(plain, samples=plain.samples[1:])
+        assert replay(predator, target, alone).verdict is Verdict.UNPROVEN
 
 
 def with_sample(trace: Trace, index: int, **changes: Any) -> Trace:
@@ -853,6 +863,22 @@ def test_a_robot_that_says_nothing(predator: Subject, monkeypatch: pytest.Monkey
         record_telemetry(predator, "loop://", 1, 60.0)
     with pytest.raises(RigError, match="cannot be opened"):
         record_telemetry(predator, "/dev/no-such-port", 1, 1.0)
+
+
+def test_what_was_heard_before_ctrl_c_is_kept(
+    predator: Subject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(one: Listener, *_: object) -> None:
+        one.take(b"".join(said))
+        raise KeyboardInterrupt
+
+    said = [LINE.format(7).encode()]
+    monkeypatch.setattr(recorders, "_listen", interrupted)
+    trace, _ = record_telemetry(predator, "loop://", 5, 60.0)
+    assert [one.command for one in trace.samples] == [3]
+    said.clear()
+    with pytest.raises(KeyboardInterrupt):
+        record_telemetry(predator, "loop://", 5, 60.0)
 
 
 def test_the_origin_of_a_prey_names_no_genome(subjects: dict[Role, Subject]) -> None:

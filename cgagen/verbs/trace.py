@@ -73,7 +73,8 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
     The readings of an episode come from the simulator, which GENOME hunts in; the default poses
     are those of the paper's test (figure 7). The target is asked about each of them. The same
     readings on the same target give the same bytes. With --port nothing is sent and nothing is
-    reset: the robot hunts, and its telemetry is written down with the computer's times.
+    reset: the robot hunts, and its telemetry is written down with the computer's times, until
+    --readings, --for or Ctrl-C ends it.
     """
     from hil.traces import write_trace
     from hil.traces.recording import record_telemetry

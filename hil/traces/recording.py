@@ -214,7 +214,7 @@ def record_telemetry(
     limit_s: float,
     now_ns: Callable[[], int] = time.monotonic_ns,
 ) -> tuple[Trace, Listener]:
-    """Listen to a robot at work; nothing is sent, and nothing is reset.
+    """Listen to a robot at work; nothing is sent, and nothing is reset. Ctrl-C ends it, too.
 
     Args:
         subject: who is to be at work.
@@ -243,6 +243,9 @@ def record_telemetry(
         wire = open_port(port)
         try:
             _listen(listener, wire, port, readings, limit_s)
+        except KeyboardInterrupt:
+            if not listener.samples:
+                raise
         finally:
             wire.close()
     finally:

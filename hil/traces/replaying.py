@@ -25,6 +25,8 @@ class Replay(Trial):
         time_ns: of that reading, since the first.
         recorded: the decision in the file, as far as it is known there.
         contradicted: whom the simulator contradicts there: `target`, `recording` or both.
+        unproven: readings that the target cannot be given, or is not, because they are too near
+            to a threshold for its timers; from 0. Nothing is known of them.
     """
 
     trace: str = ""
@@ -32,6 +34,7 @@ class Replay(Trial):
     time_ns: int | None = None
     recorded: Observation | None = None
     contradicted: tuple[str, ...] = ()
+    unproven: tuple[int, ...] = ()
 
 
 def replay(
@@ -52,6 +55,9 @@ def replay(
     trial = compare(subject, target, trace.stimuli, explain)
     result = Replay(**{one.name: getattr(trial, one.name) for one in fields(Trial)})
     result.trace = trace.name
+    admits = getattr(target, "admits", None)
+    if admits is not None:
+        result.unproven = tuple(n for n, one in enumerate(trace.stimuli) if not admits(one))
     expected = SimulatedTarget(subject).decide_all(trace.stimuli)
     wrong = _first_contradiction(trace, expected)
     first = trial.findings[0] if trial.findings else None

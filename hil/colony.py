@@ -10,19 +10,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cgagen.emulator.bench import Bench
-from cgagen.emulator.parts.photocell import Photocell
-from cgagen.emulator.parts.sonar import Sonar, middle_ns
-from cgagen.emulator.parts.whisker import Whisker
-from cgagen.errors import RigError
 from hil.colony_bench import colony_bench
-from hil.forced import Forced
-from hil.gait_reader import GaitReader, Reading
+from hil.gait_reader import Reading
+from hil.player import Player, step_wire
 from hil.pursuit_step import pair_of, sensed, walked
 from hil.referee import Referee
+from hil.stride import Stride
 from hil.subject import Subject
-from hil.target import Stimulus
-from hil.telemetry import Told, parse_telemetry
+from hil.telemetry import Told
 from sim.numbers import WorldNumbers
 from sim.world import Pair
 
@@ -30,68 +25,6 @@ WORDS = ("predator", "prey")
 
 STEP_LIMIT_NS = 10_000_000_000
 """How long both robots may take for one step, power-up included. Choice: four times the longest."""
-
-
-class Player:
-    """One robot of the colony: its parts, and what it has done in this step.
-
-    Attributes:
-        subject: its programs.
-        word: before the names of its parts.
-        gait: reads its servos.
-        said: the last line of its telemetry; None before it.
-        made: the movement of this step; None where it has made none.
-        starts: how often its locomotion controller began without being told: its resets.
-        heard: all that its main controller has said.
-    """
-
-    def __init__(self, subject: Subject, bench: Bench, word: str) -> None:
-        link = subject.robot.link
-        if link.step_line is None:
-            raise RigError(
-                f"{subject.robot.name}: has no step line, so nobody can say when a step is "
-                "finished; give it one ([link.step_line]) or let it run free"
-            )
-        self.subject = subject
-        self.word = word
-        self.line = bench.wire(f"{word}_step")
-        self.go_driver = f"{word}_main.P{link.step_line.main_pin}"
-        self.walk_driver = f"{word}_locomotion.P{link.step_line.locomotion_pin}"
-        self.gait = GaitReader(subject.robot, bench, f"{word}_")
-        self.said: Told | None = None
-        self.made: Reading | None = None
-        self.starts = 0
-        self.told = False
-        self.heard = ""
-        self._bytes = bytearray()
-        self._forced: list[Forced] = []
-        sonars = bench.parts_of(Sonar)
-        for sonar in subject.robot.sonars:
-            self._forced.append(Forced())
-            sonars[f"{word}_sonar_{sonar.name}"].spoilers.insert(0, self._forced[-1])
-        antennas, light = subject.robot.antennas, subject.robot.light
-        self._whiskers = [bench.part(f"{word}_antenna_{one.name}", Whisker) for one in antennas]
-        lamps = light.sensors if light else ()
-        self._cells = [bench.part(f"{word}_light_{one.name}", Photocell) for one in lamps]
-        bench.host(f"{word}_main").heard = self._heard
-
-    def show(self, stimulus: Stimulus) -> None:
-        """Put all that there is to be measured before the sensors."""
-        main = self.subject.robot.main
-        for forced, one in zip(self._forced, stimulus.sonars, strict=True):
-            forced.width_ns = middle_ns(one, main.pulsin_unit_ns) if one else None
-        for whisker, bent in zip(self._whiskers, stimulus.touched, strict=True):
-            whisker.touch(bent)
-        for cell, one in zip(self._cells, stimulus.lights, strict=True):
-            cell.drain(middle_ns(one, main.rctime_unit_ns) if one else None)
-
-    def _heard(self, byte: int) -> None:
-        self._bytes.append(byte)
-        if byte == 0x0D:
-            line = self._bytes.decode("ascii", "replace")
-            self._bytes.clear()
-            self.heard += line
-            self.said = parse_telemetry(line, self.subject.role) or self.said
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +79,7 @@ class Colony:
         start: where they stand, shape (1, 8).
         texts: other benches than the robots' own, by "predator" and "prey".
         referee: whether both robots' steps are one; without it each robot's pose changes when
-            its own legs stand.
+            its own legs stand, and a robot may have three lines alone, without a step line.
 
     Attributes:
         bench: all of it, for faults and probes.
@@ -154,7 +87,7 @@ class Colony:
         pair: where they are.
 
     Raises:
-        RigError: a robot without a step line.
+        RigError: a robot without a step line, and a referee.
     """
 
     def __init__(
@@ -177,7 +110,16 @@ class Colony:
         self._referee = referee
         for index, (word, player) in enumerate(self.players.items()):
             self._watch_sensing(index, word, player)
+        has_line = [word for word, one in subjects.items() if one.robot.link.step_line]
+        self._wires = {
+            word: step_wire(one, self.bench, word)
+            for word, one in subjects.items()
+            if referee or word in has_line
+        }
         self.referee = self._seat(referee)
+        for word in WORDS:
+            if word not in self._wires:
+                self._let_run(word)
 
     @property
     def steps(self) -> list[ColonyStep]:
@@ -224,12 +166,22 @@ class Colony:
     # -- What happens ---------------------------------------------------------------------------
 
     def _seat(self, holds: bool) -> Referee:
-        lines = {word: player.line for word, player in self.players.items()}
-        drivers = {word: player.walk_driver for word, player in self.players.items()}
+        lines = {word: wire.line for word, wire in self._wires.items()}
+        drivers = {word: wire.walk_driver for word, wire in self._wires.items()}
         referee = Referee("referee", self.bench.clock, lines, drivers, holds)
         referee.accepted, referee.finished = self._accepted, self._finished
         referee.released = self._released
         return self.bench.add_part(referee)
+
+    def _let_run(self, word: str) -> None:
+        """Read the servos of a robot that walks whatever its lines say."""
+        player = self.players[word]
+
+        def made(reading: Reading) -> None:
+            player.made = reading
+            self._moved([word])
+
+        Stride(player.gait, self.bench, f"{word}_locomotion", made)
 
     def _watch_sensing(self, index: int, word: str, player: Player) -> None:
         """Set the sensors when the first sonar is triggered: then sensing has begun."""
@@ -244,9 +196,9 @@ class Colony:
 
     def _accepted(self, word: str) -> None:
         """A locomotion controller pulls its step line low: told to, or since it was reset."""
-        player = self.players[word]
+        player, wire = self.players[word], self._wires[word]
         self._rested(word, player)
-        player.told = player.go_driver in player.line.drivers
+        player.told = wire.go_driver in wire.line.drivers
         player.starts += not player.told
 
     def _finished(self, word: str) -> None:

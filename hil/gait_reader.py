@@ -4,7 +4,7 @@ A frame is one pulse for each servo, in whatever order. A movement is a list of 
 have to be is reckoned from the robot's gait in degrees, not from the firmware's tables.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -54,6 +54,7 @@ class GaitReader:
     Attributes:
         servos: their names, in the robot's order.
         rest: the pose that the last movement ended in.
+        framed: called whenever all servos have had equally many pulses; None for nobody.
     """
 
     def __init__(self, robot: Robot, bench: Bench, word: str = "") -> None:
@@ -64,6 +65,7 @@ class GaitReader:
         self._rose_ns: list[int | None] = [None] * len(self.servos)
         self._trains: list[list[Pulse]] = [[] for _ in self.servos]
         self.rest = self._standing()
+        self.framed: Callable[[], None] | None = None
         self._gait = [self._frames_of(command) for command in range(len(robot.steps))]
         for index, servo in enumerate(self.servos):
             bench.end(f"{word}servo_{servo}.signal").listen(
@@ -118,10 +120,24 @@ class GaitReader:
         """Return whole frames in PULSOUT counts."""
         return [tuple(one / self._unit_ns for one in frame) for frame in train.whole_frames()]
 
-    def wanted(self, command: int) -> list[Frame]:
+    def wanted(self, command: int, leading: int = LEADING_FRAMES) -> list[Frame]:
         """Return the frames of a movement that begins from the present pose."""
         frames = self._gait[command] or [self.rest] * self._robot.steps[command].frames
-        return [self.rest] * LEADING_FRAMES + frames
+        return [self.rest] * leading + frames
+
+    def frames_so_far(self) -> list[Frame]:
+        """Return the frames since the last `take`, which leaves them here."""
+        rows = zip(*self._trains, strict=True)
+        return [tuple(one.width_ns for one in row) for row in rows]
+
+    def beginnings(self, frames: Sequence[Frame], leading: int) -> list[Reading]:
+        """Return the movements that begin with these frames, each with all frames that it has."""
+        found = []
+        for command in range(len(self._gait)):
+            wanted = self.wanted(command, leading)
+            if len(frames) <= len(wanted) and all(map(_near, frames, wanted)):
+                found.append(Reading(command, len(wanted)))
+        return found
 
     def _is(self, command: int, frames: Sequence[Frame]) -> bool:
         wanted = self.wanted(command)
@@ -165,8 +181,11 @@ class GaitReader:
             self._rose_ns[index] = self._clock.now_ns
             return
         began_ns, self._rose_ns[index] = self._rose_ns[index], None
-        if began_ns is not None:
-            self._trains[index].append(Pulse(began_ns, self._clock.now_ns - began_ns))
+        if began_ns is None:
+            return
+        self._trains[index].append(Pulse(began_ns, self._clock.now_ns - began_ns))
+        if self.framed is not None and len({len(train) for train in self._trains}) == 1:
+            self.framed()
 
     def _frames_of(self, command: int) -> list[Frame]:
         """Return the frames of a movement; none for one that holds its pose."""

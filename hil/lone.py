@@ -6,9 +6,9 @@ every phase and every lag between the two chips can be had.
 
 from dataclasses import dataclass
 
-from hil.colony import Player
 from hil.colony_bench import colony_bench
 from hil.gait_reader import Reading, Train
+from hil.player import Player, step_wire
 from hil.referee import Referee
 from hil.subject import Subject
 from hil.target import Stimulus
@@ -47,6 +47,7 @@ class Lone:
         mute: keep the main controller in reset; `go` takes its place.
 
     Attributes:
+        line: the step line.
         walks: movements that were told, the newest last.
         uncommanded: what its servos did without being told.
         words: all that both chips said on their ports, by chip, without telemetry.
@@ -66,14 +67,15 @@ class Lone:
         self.rise_ns: list[int] = []
         self.booting = True
         self._asked: tuple[int, int] = (0, 0)
-        line, driver = self.player.line, self.player.walk_driver
-        referee = Referee("watch", self.bench.clock, {WORD: line}, {WORD: driver}, holds=False)
+        self.line, self._go_driver, driver = step_wire(subject, self.bench, WORD)
+        lines = {WORD: self.line}
+        referee = Referee("watch", self.bench.clock, lines, {WORD: driver}, holds=False)
         referee.accepted, referee.finished = self._accepted, self._finished
         self.referee = self.bench.add_part(referee)
-        line.listen(self._changed)
+        self.line.listen(self._changed)
         self.bench.host(f"{WORD}_locomotion").heard = self._heard
         if mute:
-            self.player.go_driver = TESTER
+            self._go_driver = TESTER
             self.reset("main", OFF_NS)
 
     @property
@@ -100,16 +102,16 @@ class Lone:
         """Go on until the step line is high."""
         end_ns = self.now_ns + limit_ms * MS
         self.run(1)  # before it has run for the first time, nobody holds the line
-        while self.player.line.level != 1 and self.now_ns < end_ns:
+        while self.line.level != 1 and self.now_ns < end_ns:
             self.run(1)
 
     def go(self, command: int, hold_ms: float = 100.0) -> None:
         """Do as the main controller: command, step line low, and let go of it."""
         for bit in range(3):
             self.bench.wire(f"{WORD}_command_{bit}").drive(TESTER, command >> bit & 1)
-        self.player.line.drive(TESTER, 0)
+        self.line.drive(TESTER, 0)
         self.run(hold_ms)
-        self.player.line.drive(TESTER, None)
+        self.line.drive(TESTER, None)
 
     def reset(self, chip: str, hold_ns: int = 0) -> None:
         """Reset a chip; its legs are then centred without having been told."""
@@ -124,7 +126,7 @@ class Lone:
 
     def _accepted(self, _word: str) -> None:
         self._rested()
-        self.player.told = not self.booting and self.player.go_driver in self.player.line.drivers
+        self.player.told = not self.booting and self._go_driver in self.line.drivers
         if not self.player.told and not self.booting:
             self.uncommanded.append(f"at {self.now_ns} ns: takes a GO that nobody gave")
         self._asked = self.now_ns, self.asked()

@@ -1,13 +1,20 @@
 """Without a referee both robots still hunt; they are only no longer in step."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
+from cgagen.errors import RigError
 from cgagen.robot import load_arena
+from cgagen.tokenizer import Tokenizer
+from hil.colony import Colony
 from hil.hunt import fixed_starts
-from hil.parting import part
+from hil.parting import Parting, part
+from hil.rates import Rates, freed
 from hil.subject import Subject, read_subject
 from sim.numbers import WorldNumbers, world_numbers
 
@@ -37,3 +44,74 @@ def test_without_capture_it_ends_with_the_steps() -> None:
     result = part(*world(), steps=2)
     assert (result.captured_at, result.simulated_at) == (None, None)
     assert result.decided_alike <= 2
+
+
+# -- On three lines, without a step line ------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def tokenizer() -> Iterator[Tokenizer]:
+    with Tokenizer() as shared:
+        yield shared
+
+
+@pytest.fixture(scope="module")
+def runners(tokenizer: Tokenizer) -> tuple[Subject, Subject]:
+    predator, prey, *_ = world()
+    return freed(predator, tokenizer), freed(prey, tokenizer)
+
+
+def test_on_three_lines_every_movement_is_read_from_the_servos(
+    runners: tuple[Subject, Subject],
+) -> None:
+    """Both walk all the time; what they make is a movement of their tables, whole, each time."""
+    _, prey, numbers, start = world()
+    result = part(*runners, numbers, start, steps=6)
+    assert result.trouble == ""
+    assert result.predator_steps == 6
+    assert 5 <= result.prey_steps <= 8
+    assert 1 <= result.decided_alike <= 6
+    mixed = part(runners[0], prey, numbers, start, steps=2)
+    assert (mixed.trouble, mixed.predator_steps) == ("", 2)
+
+
+def test_what_is_no_movement_is_seen_on_three_lines(
+    runners: tuple[Subject, Subject], tokenizer: Tokenizer
+) -> None:
+    predator, prey = runners
+    *_, numbers, start = world()
+    source = predator.sources["locomotion"]
+    rows = [line for line in source.splitlines() if "DATA" in line and "' pose 2: forward" in line]
+    shifted = source
+    for row in rows:
+        shifted = shifted.replace(row, row.replace("221", "211"))
+    assert shifted != source
+    image = tokenizer.compile(shifted, predator.files["locomotion"]).image
+    faulty = replace(predator, images={**predator.images, "locomotion": image})
+    result = part(faulty, prey, numbers, start, steps=3)
+    assert "predator: not " in result.trouble
+    assert "horizontal" in result.trouble
+    assert result.predator_steps == 0
+
+
+def test_a_referee_wants_step_lines(runners: tuple[Subject, Subject]) -> None:
+    *_, numbers, start = world()
+    with pytest.raises(RigError, match="has no step line"):
+        Colony(*runners, numbers, start)
+
+
+def test_capture_rates_are_told() -> None:
+    partings = (
+        Parting(10, 20, 20, 19, 5, 12.0, ""),
+        Parting(10, None, 50, 49, 3, 40.0, ""),
+        Parting(None, None, 50, 51, 1, 80.0, "7: predator: moves without being told"),
+        Parting(None, 30, 30, 31, 1, 20.0, ""),
+    )
+    rows = dict(Rates(partings, 50).rows())
+    assert rows["captured by the simulator"] == "2 (50 %)"
+    assert rows["captured by the robots"] == "2 (50 %)"
+    assert rows["captured by both"] == "1"
+    assert rows["decisions alike at first, median"] == "2"
+    assert rows["farthest apart after as many movements, median and most"] == "30 and 80 units"
+    assert rows["movements to the capture, robots by simulator, median"] == "2.00"
+    assert rows["trouble"] == "7: predator: moves without being told"

@@ -180,7 +180,7 @@ def test_a_go_before_the_legs_have_seen_the_line_high_is_left_alone(early_ms: in
     lone.run(early_ms)
     lone.go(6)
     lone.run(100)
-    assert lone.player.line.level == 1 or lone.referee.walks(WORD)
+    assert lone.line.level == 1 or lone.referee.walks(WORD)
     walk = lone.walk(limit_ms=1_500)
     if walk is not None:
         assert as_asked(walk).asked == 6
@@ -232,7 +232,7 @@ def test_legs_that_never_stand_are_reported() -> None:
     """The step line is shorted to ground: nobody moves, both chips say so."""
     lone = Lone(subject("predator"))
     lone.show(far("predator"))
-    lone.player.line.drive("short", 0)
+    lone.line.drive("short", 0)
     lone.run(9_000)
     assert lone.walks == []
     assert "*BUSY" in lone.player.heard

@@ -1,11 +1,13 @@
 """`cgagen simulate --emulated` as a user calls it."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from cgagen.cli import main
 from cgagen.genome import load
+from cgagen.robot import load_robot
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 
@@ -36,12 +38,34 @@ def test_simulate_emulated_fails_on_a_build_of_another_genome(
     assert "step 1: predator command" in out
 
 
+def test_robots_without_referee_are_compared_and_not_judged(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    code, out = run(capsys, GENOME, "--emulated", "--no-referee", "--steps", "2")
+    assert code == 0
+    assert "each in its own time, not captured in 2 movements; the first" in out
+
+
+def test_a_robot_on_three_lines_walks_in_its_own_time(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = tmp_path / "three.toml"
+    text = load_robot("servobot-predator").text
+    robot.write_text(re.sub(r"(?m)^step_line = \{.*?\}", 'step_line = "none"', text))
+    words = ["--emulated", "--steps", "1", "--robot", str(robot)]
+    code, out = run(capsys, GENOME, *words)
+    assert code == 0
+    assert "servobot-predator: no step line" in out
+    assert "each in its own time, not captured in 1 movements" in out
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--emulated", "--no-masking"], "masking is in the firmware"),
         (["--emulated", "--past-capture"], "leave out --past-capture"),
         (["--build", "firmware/predator"], "give both"),
+        (["--no-referee"], "--no-referee is for --emulated"),
     ],
 )
 def test_what_the_firmware_cannot_know_is_refused(

@@ -7,10 +7,10 @@ import click
 
 from cgagen.errors import MismatchError
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.simulate_emulated import check_emulated, emulated
 from cgagen.verbs.world_options import load_hunter, world_options
 
 if TYPE_CHECKING:
-    from hil.hunt import Hunt
     from sim.episode import Step
 
 FIGURE_7 = ("268.75,31.25,180", "15,150,90")
@@ -52,6 +52,7 @@ class PoseType(click.ParamType[tuple[float, float, float]]):
     metavar="DIR",
     help="With --emulated: the predator's programs are this build's.",
 )
+@click.option("--no-referee", is_flag=True, help="With --emulated: each robot in its own time.")
 @world_options
 @with_console
 def simulate_verb(console: Console, /, genome: Path, **given: Any) -> None:
@@ -64,13 +65,16 @@ def simulate_verb(console: Console, /, genome: Path, **given: Any) -> None:
     With --emulated, the programs of predator and prey are built and run on four emulated Stamps
     from the same poses. Readings, decisions, the movements that the servos make, poses and the
     step of the capture have to be the simulator's; the first difference ends with exit code 9.
+    For that a referee holds a finished robot until the other one has finished, too. With
+    --no-referee, or where a robot has no step line, each walks in its own time, and how far they
+    part from the simulator is told; that is no difference to fail for.
     """
     from sim.episode import play_episode
     from sim.model import words_of
     from sim.numbers import world_numbers
     from sim.starts import start_of
 
-    _check_emulated(given)
+    check_emulated(given)
     loaded, predator, prey, arena, options = load_hunter(
         genome, given["robot"], given, console.note
     )
@@ -93,74 +97,14 @@ def simulate_verb(console: Console, /, genome: Path, **given: Any) -> None:
         "steps": [_data(step) for step in episode],
     }
     end = f"captured at step {caught}" if caught else f"not captured in {given['steps']} steps"
-    hunt = None
+    difference = None
     if given["emulated"]:
-        hunt = _emulated(console, given, (loaded, predator, prey), numbers, start)
-        data["emulated"] = _verdict(hunt)
-        end = f"{end}\nfour emulated Stamps: {_verdict_text(hunt)}"
+        parts = loaded, predator, prey
+        data["emulated"], told, difference = emulated(console, given, parts, numbers, start)
+        end = f"{end}\nfour emulated Stamps: {told}"
     console.result(data, "\n".join([_HEADER, *(_line(step) for step in episode), end]))
-    if hunt is not None and hunt.difference is not None:
-        raise MismatchError(f"{given['build'] or genome}: {hunt.difference.text()}")
-
-
-_IN_FIRMWARE = ("masking", "light", "prey_policy")
-
-
-def _check_emulated(given: dict[str, Any]) -> None:
-    """Refuse what the firmware cannot know."""
-    if given["build"] and not given["emulated"]:
-        raise click.UsageError("--build is for --emulated; give both")
-    if not given["emulated"]:
-        return
-    if given["past_capture"]:
-        raise click.UsageError(
-            "--emulated ends with the capture, after which the simulator holds both robots and "
-            "the firmware does not; leave out --past-capture"
-        )
-    for name in _IN_FIRMWARE:
-        if given[name] is not None:
-            raise click.UsageError(
-                f"--emulated: {name.replace('_', ' ')} is in the firmware, which is built from "
-                "the robot's file; change it there and pass the file"
-            )
-
-
-def _emulated(
-    console: Console, given: dict[str, Any], parts: Any, numbers: Any, start: Any
-) -> "Hunt":
-    """Build what has to be built, and hunt with it."""
-    from cgagen.build import make_build
-    from cgagen.tokenizer import Tokenizer
-    from hil.hunt import hunt
-    from hil.subject import read_subject, subject_of
-
-    genome, predator, prey = parts
-    folder = given["build"]
-    with Tokenizer() as tokenizer:
-        hunter = (
-            read_subject(folder)
-            if folder
-            else subject_of(make_build(predator, genome, tokenizer), predator.name)
-        )
-        hunted = subject_of(make_build(prey, None, tokenizer), prey.name)
-    console.note("emulating four Stamps: about a fifth of a second for a step")
-    return hunt(hunter, hunted, numbers, start, given["steps"], genome)
-
-
-def _verdict(hunt: "Hunt") -> dict[str, Any]:
-    return {
-        "steps": len(hunt.steps),
-        "captured_at_step": hunt.captured_at,
-        "robot_time_ms": hunt.steps[-1].time_ns // 1_000_000 if hunt.steps else None,
-        "difference": hunt.difference and hunt.difference.text(),
-    }
-
-
-def _verdict_text(hunt: "Hunt") -> str:
-    if hunt.difference is not None:
-        return f"differ at step {hunt.difference.step}"
-    seconds = hunt.steps[-1].time_ns / 1e9
-    return f"{len(hunt.steps)} steps, all equal, in {seconds:.1f} s of the robots' time"
+    if difference is not None:
+        raise MismatchError(f"{given['build'] or genome}: {difference}")
 
 
 _HEADER = (

@@ -53,6 +53,8 @@ class LazyGroup(click.Group):
         command = getattr(module, f"{cmd_name}_verb")
         if not isinstance(command, click.Command):
             raise TypeError(f"{module.__name__}.{cmd_name}_verb is not a command")
+        # A docstring with a backslash is raw, so click's mark for "leave these lines" is, too.
+        command.help = (command.help or "").replace(r"\b", "\b")
         return with_json(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -57,7 +57,9 @@ def test_help_is_quick_to_import() -> None:
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([verb, "--help"]) == 0
-    assert capsys.readouterr().out.startswith("Usage: cgagen " + verb)
+    out = capsys.readouterr().out
+    assert out.startswith("Usage: cgagen " + verb)
+    assert r"\b" not in out
 
 
 def test_the_table_lists_the_verbs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,10 +8,16 @@ from contextlib import contextmanager
 
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.chip import Coverage
+from cgagen.errors import SourceError
+from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image
+from hil.subject import CHIPS, Subject
 
 Look = Callable[[Bench, Mapping[str, Image]], None]
 """Given a bench that has not run yet, and the image in each of its chips, by the chip's name."""
+
+Compile = Callable[[str, str], Compiled]
+"""Turns a source and its name into an image with its source map."""
 
 _LOOKS: list[Look] = []
 
@@ -49,3 +55,21 @@ class Counted:
             chip = bench.chip(name)
             counts = self.coverage.setdefault(image.digest, chip.coverage or Coverage())
             chip.coverage = chip.coverage or counts
+
+
+def know_lines(bench: Bench, subject: Subject, compile_source: Compile) -> None:
+    """Tell a robot's bench which lines its programs are at, where the sources are the images'.
+
+    Args:
+        bench: whose chips have the names of the subject's.
+        subject: what is in them.
+        compile_source: the tokenizer.
+    """
+    for name in CHIPS:
+        image = subject.images[name]
+        try:
+            compiled = compile_source(subject.sources[name], subject.files[name])
+        except SourceError:
+            continue
+        if compiled.image.eeprom == image.eeprom:
+            bench.programs[name] = {image.slot: compiled}

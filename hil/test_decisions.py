@@ -6,24 +6,35 @@ Every test runs for each robot, and those with `hil_target` on each target that 
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import pytest
+
 from cgagen.words import Role, situations_of
 from hil.equivalence import Trial
+from hil.evidence import Evidence
 from hil.registers import RegisterTarget
 from hil.simulated import commands_by_state
 from hil.stimuli import Level, every_state
 from hil.subject import Subject
 from hil.target import Stimulus, Target
+from hil.timing import try_timing
 from hil.verify import pin_readings, try_table
+from hil.walks import try_walks
 
 Check = Callable[[Target, Sequence[Stimulus]], Trial]
+Judge = Callable[[Trial], Trial]
 
 
-def test_every_gene_is_in_the_table(hil_subject: Subject, hil_registers: RegisterTarget) -> None:
+@pytest.mark.hil_req("TABLE")
+def test_every_gene_is_in_the_table(
+    hil_subject: Subject, hil_registers: RegisterTarget, hil_judge: Judge, hil_evidence: Evidence
+) -> None:
     trial = try_table(hil_subject, hil_registers)
-    assert trial.verdict == "PASS", trial.reason
+    hil_evidence.table(trial)
+    hil_judge(trial)
     assert trial.decisions == len(commands_by_state(hil_subject))
 
 
+@pytest.mark.hil_req("SITUATIONS")
 def test_all_commands_and_situations_are_met(hil_subject: Subject) -> None:
     """The readings of this suite lead to all eight commands and all of Table II."""
     commands = commands_by_state(hil_subject)
@@ -40,6 +51,7 @@ def test_all_commands_and_situations_are_met(hil_subject: Subject) -> None:
     }
 
 
+@pytest.mark.hil_req("DECISIONS", "BOUNDARIES")
 def test_decisions_from_registers(
     hil_registers: RegisterTarget, hil_stimuli: list[Stimulus], hil_check: Check
 ) -> None:
@@ -47,9 +59,31 @@ def test_decisions_from_registers(
     assert trial.decisions == len(hil_stimuli)
 
 
+@pytest.mark.hil_req("DECISIONS", "BOUNDARIES")
 def test_decisions_on_the_target(
     hil_target: Target, hil_subject: Subject, hil_config: Any, hil_check: Check
 ) -> None:
     readings = pin_readings(hil_subject, Level(hil_config.level), hil_config.seed)
     trial = hil_check(hil_target, readings)
     assert set(trial.agreed) == set(every_state(hil_subject.robot))
+
+
+@pytest.mark.hil_req("GAIT", "GO")
+def test_every_movement_is_the_one_commanded(hil_subject: Subject, hil_judge: Judge) -> None:
+    _needs_step_line(hil_subject)
+    trial = hil_judge(try_walks(hil_subject))
+    assert trial.decisions == 8
+
+
+@pytest.mark.hil_req("TIME", "FRAMES")
+def test_the_longest_decision_and_all_frames_are_in_time(
+    hil_subject: Subject, hil_judge: Judge, hil_evidence: Evidence
+) -> None:
+    _needs_step_line(hil_subject)
+    trial, hil_evidence.timing = try_timing(hil_subject)
+    hil_judge(trial)
+
+
+def _needs_step_line(subject: Subject) -> None:
+    if subject.robot.link.step_line is None:
+        pytest.skip(f"{subject.robot.name} has no step line, by which a movement is told")

@@ -1,25 +1,31 @@
-"""The proof over the whole sensor space, for both main controllers.
+"""The proof over the whole sensor space, for the main controller on trial.
 
 A sample of the cells by default, all of them with `--hil-level exhaustive`.
 """
 
-from pathlib import Path
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
-from hil.equivalence import Verdict
+from hil.equivalence import Trial
+from hil.evidence import Evidence
 from hil.proof import prove
-from hil.subject import read_subject
+from hil.stimuli import Level
+from hil.subject import Subject
+from hil.verify import SAMPLED_CELLS
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
-SAMPLE = 6_000
-"""Cells of each program in the default run. Ref: choice."""
+Judge = Callable[[Trial], Trial]
 
 
-@pytest.mark.parametrize("role", ["predator", "prey"])
-def test_the_image_decides_as_the_simulator(role: str, request: pytest.FixtureRequest) -> None:
-    level = request.config.getoption("--hil-level", default="smoke")
-    whole = level == "exhaustive"
-    proof = prove(read_subject(FIRMWARE / role), sample=None if whole else SAMPLE)
-    assert proof.verdict is Verdict.PASS, proof.text()
-    assert proof.proven if whole else proof.tried == SAMPLE
+@pytest.mark.hil_req("SPACE")
+def test_the_image_decides_as_the_simulator(
+    hil_subject: Subject, hil_config: Any, hil_judge: Judge, hil_evidence: Evidence
+) -> None:
+    whole = hil_config.level == Level.EXHAUSTIVE
+    proof = prove(hil_subject, None if whole else SAMPLED_CELLS, hil_config.seed)
+    hil_evidence.proof(proof)
+    trial = proof.trial()
+    trial.note = proof.text()
+    hil_judge(trial)
+    assert proof.proven if whole else proof.tried == SAMPLED_CELLS

@@ -8,7 +8,8 @@ Fixtures: `hil_config` (what was asked for), `hil_subject` (robot, genome, image
 `hil_target` (open, identity checked), `hil_registers` (the emulator from a snapshot behind
 sensing), `hil_oracle` (the simulator), `hil_stimuli` (readings of the level), `hil_check`
 (applies readings or a trace, fails with a report), `hil_judge` (the same for a trial of one's
-own), `hil_evidence` (for the report), `hil_trace` and `hil_vectors` (files), `hil_vcd` (draws a bench), `hil_artifacts` (a folder).
+own), `hil_evidence` (for the report), `hil_trace` and `hil_vectors` (files), `hil_vcd`
+(draws a bench), `hil_artifacts` (a folder).
 Markers: `hil_needs(CAPABILITY, ...)`, `hil_hardware`, `hil_req(ID, ...)`, `hil_trace(FILE, ...)`,
 `hil_vectors(FILE, ...)`, `hil_slow`.
 

@@ -69,7 +69,9 @@ class TestFiles:
             if hasattr(target, "decide") and "hil_subject" in funcargs:
                 self.watch(name.removeprefix("hil_"), target, funcargs["hil_subject"])
         bench = getattr(funcargs.get("hil_target"), "bench", None)
-        if bench is not None:
+        if bench is not None and self._wanted.vcd != OFF:
+            compile_source = load("cgagen.tokenizer").compile_source
+            load("hil.benches").know_lines(bench, funcargs["hil_subject"], compile_source)
             self.record(bench, "target")
 
     def watch(self, name: str, target: "Target", subject: "Subject") -> None:

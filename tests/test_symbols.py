@@ -1,22 +1,29 @@
 """The names of a program: asked from the tokenizer, and found again in a chip that has run."""
 
+import json
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pbasic_random import RandomProgram
 
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.programs import bench_of_image, bench_of_sources
-from cgagen.errors import BenchError, SymbolError
+from cgagen.errors import BenchError, SourceError, SymbolError
+from cgagen.stamp.chips import CHIPS
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.conditional import live_text
 from cgagen.stamp.decode import decode
 from cgagen.stamp.layout import Place, layout_of
 from cgagen.stamp.symbols import symbols_of
 from cgagen.tokenizer import Tokenizer
+from cgagen.tokenizer.files import read_source
 
+HERE = Path(__file__).parent
 SECOND_NS = 1_000_000_000
 HEAD = "' {$STAMP BS2}\n' {$PBASIC 2.5}\n"
 
@@ -249,7 +256,7 @@ def test_what_is_not_there(tokenizer: Tokenizer, what: str, sentence: str) -> No
         tokenizer,
         "led PIN 1\nlaps VAR Byte\nlapses VAR Byte\nflag VAR Bit\nrow DATA 1\nagain: laps = 1\nEND",
     )
-    looks = {
+    looks: dict[str, Callable[[], object]] = {
         "variable": lambda: chip.ram["lapps"],
         "pin": lambda: chip.level("leed"),
         "data": lambda: chip.data("rwo"),
@@ -276,6 +283,26 @@ def test_nothing_is_claimed_that_the_tokenizer_does_not_confirm(tokenizer: Token
     changed: Compiled = replace(compiled, source=compiled.source.replace("Word", "Byte"))
     with pytest.raises(SymbolError, match="its names cannot be told from its source"):
         symbols_of(changed)
+
+
+def test_every_source_that_we_have_is_understood(tokenizer: Tokenizer) -> None:
+    """What is read of it is what the tokenizer counts, and its DATA is told apart."""
+    vectors = json.loads((HERE / "vectors" / "tokens.json").read_text())
+    sources = {one["id"]: one["source"] for one in vectors}
+    for folder in (HERE / "programs", HERE / "decode", HERE.parent / "firmware" / "predator"):
+        sources |= {path.name: read_source(path) for path in sorted(folder.glob("*.bs*"))}
+    sources |= {f"random {n}": RandomProgram(n, CHIPS[n % 5]).source() for n in range(20)}
+    understood = 0
+    for name, source in sources.items():
+        try:
+            compiled = tokenizer.compile(source, name)
+        except SourceError:  # "expression is too complex" now and then
+            continue
+        symbols = symbols_of(compiled)
+        assert symbols.data is not None, name
+        assert sum(block.bytes for block in symbols.data.values()) == compiled.data_bytes, name
+        understood += 1
+    assert understood > 200
 
 
 def test_layout_of_a_source() -> None:

@@ -72,4 +72,4 @@ def know_lines(bench: Bench, subject: Subject, compile_source: Compile) -> None:
         except SourceError:
             continue
         if compiled.image.eeprom == image.eeprom:
-            bench.programs[name] = {image.slot: compiled}
+            bench.chip(name).programs[image.slot] = compiled

@@ -30,6 +30,9 @@ REQUIREMENT, VERDICT, LEVEL = "hil_req", "hil_verdict", "hil_level"
 DECIDING = ("target", "genome", "robot", "build", "level", "seed", "trace")
 """Options without which a test is another."""
 
+OUTPUTS = ("record", "vcd", "coverage", "artifacts", "report")
+"""Options that change nothing of what is tried."""
+
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 
 
@@ -130,7 +133,7 @@ class HilSession:
         if nodeid:
             words = [nodeid, *self._options()]
         else:
-            words = list(map(str, self.config.invocation_params.args))
+            words = without_outputs(list(map(str, self.config.invocation_params.args)))
         root = f"{self.config.invocation_params.dir}/"
         return shlex.join(["pytest", *(word.replace(root, "") for word in words)])
 
@@ -152,7 +155,8 @@ class HilSession:
         found: dict[str, dict[str, Any]] = {}
         for data in [*(one.data() for one in self._evidence.values()), *self._handed]:
             key = module.key_of(data)
-            found[key] = module.merged(found[key], data) if key in found else data
+            both = module.merged(found[key], data) if key in found else data
+            found[key] = both | {"trials": dict(sorted(both["trials"].items()))}
         return [found[key] for key in sorted(found)]
 
     def _count(self) -> None:
@@ -206,6 +210,22 @@ class HilSession:
         ours = any(name.startswith("hil/test_") for name in self.outcomes)
         own = HERE / "hil" / "requirements.toml"
         return self.asked.requirements or (own if ours and own.is_file() else None)
+
+
+def without_outputs(words: list[str]) -> list[str]:
+    """Return the words of a command line without those that only say where results go.
+
+    >>> without_outputs(["hil/", "--hil-report", "x.html", "--hil-record=d", "-q"])
+    ['hil/', '-q']
+    """
+    found, skip = list[str](), False
+    for word in words:
+        name, _, value = word.removeprefix("--hil-").partition("=")
+        if skip or (word.startswith("--hil-") and name in OUTPUTS):
+            skip = not skip and not value
+        else:
+            found.append(word)
+    return found
 
 
 def _images(evidence: "Evidence") -> list[Any]:

@@ -28,6 +28,8 @@ HEARTBEAT_S = 0.2
 
 READ_BYTES = 256
 
+MOST_PORT = 65_535
+
 MOST_WAITING_BYTES = 65_536
 """For a host that does not read; what comes beyond that is lost, as on a real adapter. Choice."""
 
@@ -125,12 +127,7 @@ class SlcanPort(_Service):
         self._master = self._slave = -1
         self._waiting = bytearray()
         if kind == "tcp":
-            try:
-                self._server = socket.create_server(("127.0.0.1", port))
-            except OSError as error:
-                raise RigError(
-                    f"port {port} of this machine cannot be served ({error.strerror}); take another"
-                ) from error
+            self._server = _server_on(port)
             self._server.settimeout(HEARTBEAT_S)
             self.url = f"can:slcan:socket://127.0.0.1:{self._server.getsockname()[1]}"
         else:
@@ -189,6 +186,17 @@ class SlcanPort(_Service):
                 os.close(handle)
         if self._server is not None:
             self._server.close()
+
+
+def _server_on(port: int) -> socket.socket:
+    try:
+        if port > MOST_PORT:
+            raise OSError(f"ports end at {MOST_PORT}")
+        return socket.create_server(("127.0.0.1", port))
+    except OSError as error:
+        raise RigError(
+            f"port {port} of this machine cannot be served ({error}); take another"
+        ) from error
 
 
 @click.command()

@@ -10,8 +10,10 @@ import can
 
 from hil.canbus import CanTarget
 from hil.frames import Frame
+from hil.messages import State
 from hil.rig import RigOnBus
 from hil.rig_protocol import Rig
+from hil.rig_robot import RigRobot
 from hil.stimuli import neutral
 from hil.subject import Subject, read_subject
 from hil.target import Stimulus
@@ -33,6 +35,20 @@ def channel() -> str:
 
 def opened(rig: Rig) -> Rig:
     rig.open()
+    return rig
+
+
+@cache
+def _robot(role: str) -> RigRobot:
+    return RigRobot(subject(role))
+
+
+def ready(rig: Rig, role: str = "predator") -> Rig:
+    """The rig with a robot that has been switched on once for all tests."""
+    rig.robot = _robot(role)
+    if rig.robot._ready is None:
+        rig.robot.open()
+    rig._state = State.IDLE
     return rig
 
 

@@ -67,7 +67,7 @@ def token_bits(token: Token) -> int:
     if token.kind is Kind.OPERATOR:
         return 6
     if token.kind is Kind.CONSTANT:
-        width = max(token.value.bit_length() - 1, 0)
+        width = token.value.bit_length() - 1  # of a power of 2 it is not needed
         return 7 + (width if token.value & token.value - 1 else 0)
     return 6 + _ELEMENT_BITS[token.size_bits]
 

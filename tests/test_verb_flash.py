@@ -302,6 +302,14 @@ def test_verify_of_another_program_is_refused_before_anything_is_sent(
     assert "leave --verify out" in capsys.readouterr().err
 
 
+def test_emulated_ports_need_nothing_at_all(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--json", "flash", str(PREDATOR), "--port", "emu", "--verify"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["main"]["verified_blocks"] == told["main"]["blocks"]
+    assert main(["flash", str(PREDATOR / "locomotion.bin"), "--port", "emu"]) == 0
+    assert "locomotion: BS2 on rfc2217://" in capsys.readouterr().out
+
+
 def test_words_that_do_not_go_together(capsys: pytest.CaptureFixture[str]) -> None:
     for words in (
         [],

@@ -1,7 +1,7 @@
 """`cgagen flash`: images into Stamps."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,12 @@ if TYPE_CHECKING:
     from cgagen.stamp.chips import Chip
     from cgagen.stamp.image import Image
 
-PORT_HELP = "auto (the only one that answers), a device, id:SERIAL, or rfc2217://HOST:PORT."
+EMULATED = "emu"
+
+PORT_HELP = (
+    "auto (the only one that answers), a device, id:SERIAL, rfc2217://HOST:PORT, or emu (blank "
+    "emulated Stamps, gone afterwards)."
+)
 
 
 @click.command("flash")
@@ -65,8 +70,8 @@ def _identify(console: Console, target: Path | None, given: dict[str, Any]) -> N
     from cgagen.flash import identify_port
     from cgagen.link.ports import choose_port
 
-    if target is not None or given["verify"] or given["dry_run"]:
-        raise click.UsageError("--identify-only takes a --port and nothing else")
+    if target is not None or given["verify"] or given["dry_run"] or given["port"] == EMULATED:
+        raise click.UsageError("--identify-only takes a real --port and nothing else")
     port = choose_port(given["port"], lambda name: _module_at(console, name) is not None)
     module = identify_port(port)
     console.result({"port": port, **module_data(module)}, f"{port}: {module_text(module)}")
@@ -76,7 +81,7 @@ def _flash_folder(console: Console, folder: Path, given: dict[str, Any]) -> None
     from cgagen.build.checked import checked_images
     from cgagen.build.flashing import flash_build
 
-    if given["model"] or given["port"] != "auto" or given["slot"]:
+    if given["model"] or given["port"] not in ("auto", EMULATED) or given["slot"]:
         raise click.UsageError(
             "a build knows its models; give --main and --locomotion, or name one of its images"
         )
@@ -84,9 +89,21 @@ def _flash_folder(console: Console, folder: Path, given: dict[str, Any]) -> None
         _dry_run(console, checked_images(folder))
         return
     named = {chip: given[chip] for chip in ("main", "locomotion") if given[chip]}
-    with watched(console) as tell:
+    with ExitStack() as stack:
+        if given["port"] == EMULATED:
+            named = stack.enter_context(_emulated_robot(folder))
+        tell = stack.enter_context(watched(console))
         reports = flash_build(folder, named, verify=given["verify"], progress=tell)
     _report(console, reports)
+
+
+def _emulated_robot(folder: Path) -> AbstractContextManager[dict[str, str]]:
+    from cgagen.build.checked import checked_images
+    from cgagen.build.record import ROBOT_FILE
+    from cgagen.verbs.emulated_port import emulated_robot
+
+    models = {chip: image.model for chip, image in checked_images(folder).items()}
+    return emulated_robot(folder / ROBOT_FILE, models)
 
 
 def _flash_file(console: Console, file: Path, given: dict[str, Any]) -> None:
@@ -105,8 +122,14 @@ def _flash_file(console: Console, file: Path, given: dict[str, Any]) -> None:
         module = _module_at(console, name, image.model)
         return module is not None and module.model == image.model
 
-    port = choose_port(given["port"], answers)
-    with watched(console) as tell:
+    with ExitStack() as stack:
+        if given["port"] == EMULATED:
+            from cgagen.verbs.emulated_port import emulated_chip
+
+            port = stack.enter_context(emulated_chip(image.model))
+        else:
+            port = choose_port(given["port"], answers)
+        tell = stack.enter_context(watched(console))
         report = flash_image(
             port,
             image,

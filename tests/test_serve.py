@@ -141,21 +141,19 @@ def test_both_chips_of_a_bench_are_served_at_once(tokenizer: Tokenizer) -> None:
         source = f'\' {{$STAMP BS2}}\nDEBUG "{name}"\nEND\n'
         bench.add_chip(Chip(name, [tokenizer.compile(source).image], bench.clock))
     with serve(bench, {"legs": "tcp:0", "main": "rfc2217:0"}) as server:
-        with (
-            connect(server.endpoints[0].url) as legs,
-            serial.serial_for_url(server.endpoints[1].url, timeout=LIMIT_S, do_not_open=True) as p,
-        ):
-            p.dtr = False
-            p.open()
-            assert p.read(4) == b"main"
+        port = serial.serial_for_url(server.endpoints[1].url, timeout=LIMIT_S, do_not_open=True)
+        port.dtr = False
+        with connect(server.endpoints[0].url) as legs, port:
             assert legs.recv(1) + legs.recv(3) == b"legs"
+            port.dtr = True
+            port.dtr = False
+            assert port.read(4) == b"main"
     assert server.failure is None
 
 
 def test_pyserial_sets_speed_lines_and_purges(hello: Image) -> None:
     with serve(bench_of_image(hello), "rfc2217:0") as server, client_of(server) as client:
         port = server.endpoints[0].port.port
-        assert client.port.read(6) == b"hello\r"
         client.port.baudrate = 19_200
         assert port.baudrate == 19_200
         client.port.baudrate = 9600
@@ -163,6 +161,7 @@ def test_pyserial_sets_speed_lines_and_purges(hello: Image) -> None:
         assert port.loader.phase is Phase.HELD
         client.port.rts = True
         client.port.dtr = False
+        assert client.port.read(6) == b"hello\r"
         assert port.loader.phase is Phase.RUNNING
         client.port.send_break(0.01)
         assert not port.break_condition
@@ -170,7 +169,7 @@ def test_pyserial_sets_speed_lines_and_purges(hello: Image) -> None:
         client.port.reset_output_buffer()
         client.port.reset_input_buffer()
         assert not client.port.cts
-        assert client.port.read(100) in (b"", b"hello\r")
+        assert client.port.read(100) == b""
     assert server.failure is None
 
 
@@ -270,7 +269,6 @@ def test_bytes_that_were_sent_before_a_line_come_before_it(hello: Image) -> None
 @pytest.mark.parametrize("place", ["rfc2217:0", "tcp:0"])
 def test_who_comes_second_is_let_go(place: str, hello: Image) -> None:
     with serve(bench_of_image(hello), place) as server, client_of(server) as client:
-        assert client.port.read(6) == b"hello\r"
         with connect(server.url) as second:
             assert second.recv(9) == b""
         if server.control is not None:
@@ -343,17 +341,14 @@ def test_garbage_on_every_socket(place: str, hello: Image) -> None:
 def test_a_host_that_does_not_read_stops_the_chips_time(tokenizer: Tokenizer) -> None:
     bench = bench_of_sources({0: tokenizer.compile(TALKS)})
     with serve(bench, "tcp:0") as server, connect(server.url) as host:
-        host.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         endpoint = server.endpoints[0]
-        endpoint.outgoing = lambda data: data * 4_000
+        endpoint.outgoing = lambda data: data * 10_000
         until(lambda: endpoint.full)
         stood_ns = bench.clock.now_ns
         time.sleep(0.05)
         assert bench.clock.now_ns == stood_ns
-        got = 0
-        while got < 20_000_000 and bench.clock.now_ns == stood_ns:
-            got += len(host.recv(1 << 20))
-        assert bench.clock.now_ns > stood_ns
+        while bench.clock.now_ns == stood_ns:
+            assert host.recv(1 << 20)
     assert server.failure is None
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,7 +53,7 @@ def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> i
         stack.callback(server.close)
         for endpoint in server.endpoints:
             endpoint.port.port.on_fault = lambda error: console.note(f"note: {error}{_ASTRAY}")
-        _tell(console, file, ports, server)
+        _tell(replace(console, as_json=given["as_json"] or console.as_json), file, ports, server)
         try:
             server.run(given["limit_ns"] or NEVER_NS)
         except KeyboardInterrupt:

@@ -1,11 +1,11 @@
 """A bench: one clock, and the chips, wires and parts on it."""
 
-import difflib
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 from cgagen.emulator.chip import Chip, ChipState
 from cgagen.emulator.clock import NEVER_NS, Clock
+from cgagen.emulator.lookup import found
 from cgagen.emulator.parts.part import Part, PartState
 from cgagen.emulator.parts.uart import Uart
 from cgagen.emulator.pins import PINS
@@ -134,7 +134,7 @@ class Bench:
         Raises:
             BenchError: there is none.
         """
-        return _found(self.wires | self._ends, name, "wire")
+        return found(self.wires | self._ends, name, "wire")
 
     def wire_of(self, end: str) -> str | None:
         """Return the name of the wire that an end is on; None for none."""
@@ -170,7 +170,7 @@ class Bench:
         Raises:
             BenchError: there is none of that name.
         """
-        return _found(self.chips, name, "chip")
+        return found(self.chips, name, "chip")
 
     def variable(self, name: str) -> int:
         """Return a variable of a chip's program, such as "main.count"; see `Chip.variable`."""
@@ -183,7 +183,7 @@ class Bench:
         Raises:
             BenchError: there is none of that name, or it is of another kind.
         """
-        part = _found(self.parts, name, "part")
+        part = found(self.parts, name, "part")
         if not isinstance(part, kind):
             raise BenchError(
                 f"{name}: is a {type(part).__name__}, where a {kind.__name__} is wanted; "
@@ -280,9 +280,6 @@ class Bench:
             raise BenchError(f"{name}: there is one of that name already; choose another name")
 
 
-Found = TypeVar("Found")
-
-
 def chip_ends(chip: str) -> tuple[str, ...]:
     """Return the names of a chip's ends.
 
@@ -294,11 +291,3 @@ def chip_ends(chip: str) -> tuple[str, ...]:
 
 def _nothing(_end: str) -> None:
     pass
-
-
-def _found(known: dict[str, Found], name: str, what: str) -> Found:
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known) or 'none'}"
-        raise BenchError(f"{name}: no such {what}; {hint}")
-    return known[name]

@@ -20,6 +20,8 @@ from hil.subject import Subject, read_subject
 from sim.numbers import WorldNumbers, world_numbers
 from sim.starts import start_of
 
+pytestmark = pytest.mark.hil_req("HUNT")
+
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 STEPS = 200
 SAMPLE = (16, 56, 77)

@@ -13,6 +13,8 @@ from hil.lone import Lone
 from hil.subject import Subject, read_subject
 from hil.target import Stimulus
 
+pytestmark = pytest.mark.hil_req("FAULTS")
+
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 
 AHEAD = Stimulus((1_000, 9_000, 9_000), lights=(0, 0))

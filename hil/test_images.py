@@ -14,6 +14,8 @@ from cgagen import genome
 from cgagen.robot import load_robot
 from cgagen.robot.gait import PHASES, phases_of, pulses_counts
 
+pytestmark = pytest.mark.hil_req("IMAGES")
+
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 ROBOTS = {"predator": "servobot-predator", "prey": "servobot-prey"}
 PULSE_STEP_COUNTS = 4

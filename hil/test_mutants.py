@@ -27,6 +27,8 @@ from hil.kill import judge, main, proof_of, proven, subject_for
 from hil.kills import matrix, record_of, record_text, summary
 from hil.mutate import Mutant, all_mutants, choose
 
+pytestmark = pytest.mark.hil_req("CHECKS")
+
 SAMPLE = {"main": 14, "locomotion": 7}
 """Mutants of each program, all kinds in turn. Choice: `make hil-mutants` has them by hundreds."""
 

@@ -18,6 +18,8 @@ from hil.rates import Rates, freed
 from hil.subject import Subject, read_subject
 from sim.numbers import WorldNumbers, world_numbers
 
+pytestmark = pytest.mark.hil_req("HUNT")
+
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 QUICK = 56
 """The fixed start with the quickest capture."""

@@ -19,6 +19,8 @@ from hil.stimuli import between, every_state, neutral, sonar_limits, thresholds,
 from hil.subject import Subject
 from hil.target import Stimulus, Target
 
+pytestmark = pytest.mark.hil_req("RIG")
+
 Check = Callable[[Target, Sequence[Stimulus]], Trial]
 
 

@@ -57,6 +57,7 @@ def as_asked(walk: Walk | None) -> Walk:
 # -- Deciding ---------------------------------------------------------------------------------
 
 
+@pytest.mark.hil_req("TIME")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_longest_decision_is_the_sum_of_all_time_outs(name: str) -> None:
     """Every PULSIN waits in vain: that is all that there is to wait for, and a little code."""
@@ -71,6 +72,7 @@ def test_the_longest_decision_is_the_sum_of_all_time_outs(name: str) -> None:
     assert all(waiting_ns < one < waiting_ns + 60 * MS for one in times), times
 
 
+@pytest.mark.hil_req("FRAMES")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_no_frame_is_lost_while_the_main_controller_measures(name: str) -> None:
     """From the banner over a decision without echo to the end of a movement and another one."""
@@ -86,6 +88,7 @@ def test_no_frame_is_lost_while_the_main_controller_measures(name: str) -> None:
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("FRAMES")
 def test_frames_keep_their_period_within_a_movement() -> None:
     """Between phases the tables are read, which takes half a frame; within one nothing varies."""
     lone = Lone(subject("predator"), mute=True)
@@ -109,6 +112,7 @@ def test_frames_keep_their_period_within_a_movement() -> None:
 # -- Pulse widths -----------------------------------------------------------------------------
 
 
+@pytest.mark.hil_req("GAIT")
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("command", range(8))
 def test_every_pulse_of_every_movement_is_the_gaits_in_chip_units(name: str, command: int) -> None:
@@ -141,6 +145,7 @@ def wanted_counts(robot: Robot, command: int) -> list[tuple[float, ...]]:
 # -- The wire between both Stamps -------------------------------------------------------------
 
 
+@pytest.mark.hil_req("GO")
 @pytest.mark.parametrize("phase_ms", range(0, 26, 2))
 def test_a_go_at_any_phase_of_a_frame_is_one_movement_and_the_one_asked(phase_ms: int) -> None:
     lone = Lone(subject("predator"), mute=True)
@@ -154,6 +159,7 @@ def test_a_go_at_any_phase_of_a_frame_is_one_movement_and_the_one_asked(phase_ms
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("GO")
 @pytest.mark.parametrize("hold_ms", [0.02, 0.1, 0.5, 1, 2, 5, 10, 15, 20, 24, 26, 30, 50, 400])
 def test_a_go_of_any_length_is_taken_whole_or_not_at_all(hold_ms: float) -> None:
     """The legs look once in a frame of 24 ms: a shorter GO may be missed, never misread."""
@@ -172,6 +178,7 @@ def test_a_go_of_any_length_is_taken_whole_or_not_at_all(hold_ms: float) -> None
     assert lone.words["locomotion"].count("*LINES") == 0
 
 
+@pytest.mark.hil_req("GO")
 @pytest.mark.parametrize("early_ms", [0, 5, 10, 15, 20, 24])
 def test_a_go_before_the_legs_have_seen_the_line_high_is_left_alone(early_ms: int) -> None:
     """No main controller senses in so short a time; if one did, it would hear a refusal."""
@@ -187,6 +194,7 @@ def test_a_go_before_the_legs_have_seen_the_line_high_is_left_alone(early_ms: in
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("GO")
 def test_without_go_nothing_moves_whatever_the_lines_say() -> None:
     lone = Lone(subject("predator"), mute=True)
     lone.stand()
@@ -200,6 +208,7 @@ def test_without_go_nothing_moves_whatever_the_lines_say() -> None:
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("GO")
 @pytest.mark.parametrize("late_ms", [0, 3, 7, 11, 16, 22, 600, 1_300])
 def test_both_chips_may_be_switched_on_at_different_times(late_ms: int) -> None:
     """Either chip comes late: the first movement and the second are the ones decided."""
@@ -215,6 +224,7 @@ def test_both_chips_may_be_switched_on_at_different_times(late_ms: int) -> None:
         assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("GO")
 def test_a_go_that_nobody_takes_is_reported_and_said_again() -> None:
     """A locomotion controller that is off drives nothing: the line rises after GO."""
     lone = Lone(subject("predator"))
@@ -228,6 +238,7 @@ def test_a_go_that_nobody_takes_is_reported_and_said_again() -> None:
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("GO")
 def test_legs_that_never_stand_are_reported() -> None:
     """The step line is shorted to ground: nobody moves, both chips say so."""
     lone = Lone(subject("predator"))
@@ -261,6 +272,7 @@ TIMES_MS = (-900, -200, -40, -10, 2, 60, 130, 400, 900, 1_215, 1_230, 1_300)
 """From boot over sensing, GO and the movement to the next sensing."""
 
 
+@pytest.mark.hil_req("RESET")
 @pytest.mark.parametrize("at_ms", TIMES_MS)
 def test_a_reset_of_the_main_controller_moves_nothing(at_ms: float) -> None:
     """The movement under way is finished, and the next one is told."""
@@ -271,6 +283,7 @@ def test_a_reset_of_the_main_controller_moves_nothing(at_ms: float) -> None:
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("RESET")
 @pytest.mark.parametrize("at_ms", TIMES_MS)
 def test_a_reset_of_the_locomotion_controller_centres_the_legs_and_no_more(at_ms: float) -> None:
     lone = walking(at_ms)
@@ -288,6 +301,7 @@ def test_a_reset_of_the_locomotion_controller_centres_the_legs_and_no_more(at_ms
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("RESET")
 @pytest.mark.parametrize("at_ms", TIMES_MS)
 def test_a_brown_out_of_both_is_a_power_up(at_ms: float) -> None:
     lone = walking(at_ms)
@@ -301,6 +315,7 @@ def test_a_brown_out_of_both_is_a_power_up(at_ms: float) -> None:
     assert lone.uncommanded == []
 
 
+@pytest.mark.hil_req("RESET")
 @pytest.mark.parametrize(
     "at_ms", [-3, -2, -1.5, -1, -0.5, -0.1, 0, 0.3, 0.6, 0.9, 1.2, 1.6, 2, 3, 50, 99]
 )

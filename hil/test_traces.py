@@ -16,6 +16,8 @@ from hil.traces import Trace, read_trace, replay
 from hil.traces.recording import without_decisions
 from hil.traces.shipped import FIRMWARE, FOLDER, ROLES, reference, write_all
 
+pytestmark = pytest.mark.hil_req("TRACES")
+
 
 def traces_of(subject: Subject) -> list[Trace]:
     """Return the traces of a robot's kind; without decisions, where those are of another."""

@@ -14,6 +14,8 @@ from hil.stimuli import every_state
 from hil.subject import Subject, read_subject
 from hil.wired import WiredLegs, WiredTarget
 
+pytestmark = pytest.mark.hil_req("BENCH")
+
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 ORDERS = {"predator": (3, 0, 7, 1, 2, 6, 4, 5), "prey": (1, 7)}
 """Movements, each behind another one: all of a predator's, and a prey's that it has not."""

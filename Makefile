@@ -17,13 +17,16 @@ $(VENV)/.installed: pyproject.toml
 setup: $(VENV)/.installed  ## environment, packages, tokenizer
 	$(BIN)/cgagen setup
 
-demo: setup                ## evolve a predator, build the programs of all four Stamps
+demo: setup                ## evolve a predator, build the programs of all four Stamps, verify them
 	rm -rf $(RUN)
 	$(BIN)/cgagen evolve --seed 7 --run $(RUN)
 	$(BIN)/cgagen info $(RUN)/best.genome
 	$(BIN)/cgagen build $(RUN)/best.genome -o $(RUN)/build-predator
 	$(BIN)/cgagen build --robot servobot-prey -o $(RUN)/build-prey
-	@echo; echo "The PBASIC programs are in $(RUN)/build-predator and $(RUN)/build-prey."
+	$(BIN)/cgagen verify $(RUN)/best.genome --build $(RUN)/build-predator --report $(RUN)/verify-predator.html
+	$(BIN)/cgagen verify --build $(RUN)/build-prey --report $(RUN)/verify-prey.html
+	@echo; echo "The PBASIC programs are in $(RUN)/build-predator and $(RUN)/build-prey; what was"
+	@echo "verified stands in $(RUN)/verify-predator.html and $(RUN)/verify-prey.html."
 
 clients: setup             ## Parallax's JavaScript programmer, which the tests let loose on us
 	$(BIN)/python -m tests.npm.fetch

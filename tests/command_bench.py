@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
-from cgagen.emulator.clock import NEVER_NS, Clock, Event
+from cgagen.emulator.clock import NEVER_NS, Clock, Timer
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Result
 from cgagen.emulator.requests import Command, Delay, Request
@@ -111,7 +111,7 @@ class Task:
 
     def _wait(self, pin: int, level: int, timeout_ns: int) -> None:
         begun_ns = self._clock.now_ns
-        timer: Event | None = None
+        timer: Timer | None = None
 
         def changed(new: int | None) -> None:
             if (new or 0) == level:

@@ -30,12 +30,13 @@ class Arguments:
         compile_after: see `cgagen.emulator.chip.Chip`.
     """
 
-    __slots__ = ("_function", "_instruction", "_items", "_items_ns", "_left")
+    __slots__ = ("_function", "_has_list", "_instruction", "_items", "_items_ns", "_left")
 
     def __init__(
         self, instruction: Instruction, items_ns: tuple[int, ...], compile_after: int | None
     ) -> None:
         self._instruction = instruction
+        self._has_list = instruction.name in LISTS_LATER
         self._items_ns = items_ns
         self._items: list[ListItem] | None = None
         self._function: Callable[[list[int], Machine], Made | None] | None = None
@@ -52,7 +53,7 @@ class Arguments:
             self._left -= 1
         if made is None:  # not compiled yet, or an index has come to a pin
             made = _evaluated(self._instruction, machine.evaluator)
-        if self._instruction.name in LISTS_LATER:
+        if self._has_list:
             made["items"] = self._list(machine.evaluator)
         return made
 

@@ -13,31 +13,6 @@ NEVER_NS = 1 << 62
 Action = Callable[[], None]
 
 
-class Event:
-    """Something booked. `cancel()` makes nothing of it; cancelling twice does no harm.
-
-    Attributes:
-        time_ns: when.
-        order: which of the bookings of the whole run it was; decides at equal times.
-        action: what; None when it was cancelled or is done.
-    """
-
-    __slots__ = ("action", "order", "time_ns")
-
-    def __init__(self, time_ns: int, order: int, action: Action | None) -> None:
-        self.time_ns = time_ns
-        self.order = order
-        self.action = action
-
-    def cancel(self) -> None:
-        """Take the booking back."""
-        self.action = None
-
-    def __lt__(self, other: "Event") -> bool:
-        """Order an event and its own earlier, cancelled self, which the queue may still hold."""
-        return False
-
-
 class Clock:
     """The time of the bench, and what is booked on it.
 
@@ -58,42 +33,36 @@ class Clock:
         self.now_ns = 0
         self.stopped = False
         self.limit_ns = 0
-        self._queue: list[tuple[int, int, Event]] = []
+        # An entry is void where its timer has been booked anew or cancelled since.
+        self._queue: list[tuple[int, int, Timer]] = []
         self._order = 0
 
-    def at(self, time_ns: int, action: Action) -> Event:
-        """Book an action.
+    def at(self, time_ns: int, action: Action) -> "Timer":
+        """Book an action; what is returned can be cancelled.
 
         Raises:
             ValueError: the time is past.
         """
-        if time_ns < self.now_ns:
-            raise ValueError(f"{time_ns} ns is past; it is {self.now_ns} ns")
-        self._order += 1
-        return self.rebook(time_ns, self._order, action)
+        timer = Timer(self, action)
+        timer.at(time_ns)
+        return timer
 
-    def after(self, delay_ns: int, action: Action) -> Event:
+    def after(self, delay_ns: int, action: Action) -> "Timer":
         """Book an action for `delay_ns` from now. Zero means: later in this instant."""
         return self.at(self.now_ns + delay_ns, action)
 
-    def rebook(self, time_ns: int, order: int, action: Action) -> Event:
-        """Book an action again at the place that it had in a state that was restored."""
-        event = Event(time_ns, order, action)
-        heapq.heappush(self._queue, (time_ns, order, event))
-        return event
-
     def bookings(self) -> list[tuple[int, int]]:
         """Return time and order of everything that is booked, the next first."""
-        return sorted((time, order) for time, order, event in self._queue if event.action)
+        return sorted({(time, order) for time, order, timer in self._queue if timer.order == order})
 
     def state(self) -> tuple[int, int]:
         """Return what `restore` needs; bookings are the business of those who made them."""
         return self.now_ns, self._order
 
     def restore(self, state: tuple[int, int]) -> None:
-        """Go back to a time with an empty queue; each owner then calls `rebook`."""
-        for _, _, event in self._queue:
-            event.action = None
+        """Go back to a time with an empty queue; each owner then restores its timer."""
+        for _, _, timer in self._queue:
+            timer.order = 0
         self._queue.clear()
         self.now_ns, self._order = state
         self.limit_ns = self.now_ns
@@ -101,7 +70,7 @@ class Clock:
     def next_ns(self) -> int:
         """Return the time of the next booking, or `NEVER_NS`."""
         queue = self._queue
-        while queue and queue[0][2].action is None:
+        while queue and queue[0][2].order != queue[0][1]:
             heapq.heappop(queue)
         return queue[0][0] if queue else NEVER_NS
 
@@ -109,11 +78,9 @@ class Clock:
         """Go to the next booking and carry it out; False where there is none."""
         if self.next_ns() == NEVER_NS:
             return False
-        time_ns, _, event = heapq.heappop(self._queue)
-        self.now_ns = time_ns
-        action, event.action = event.action, None
-        if action is not None:
-            action()
+        self.now_ns, _, timer = heapq.heappop(self._queue)
+        timer.order = 0
+        timer.action()
         return True
 
     def idle(self, span_ns: int) -> bool:
@@ -130,7 +97,7 @@ class Clock:
         if time_ns > self.limit_ns or self.stopped:
             return False
         queue = self._queue
-        while queue and queue[0][2].action is None:  # as in `next_ns`: this is asked most of all
+        while queue and queue[0][2].order != queue[0][1]:  # as `next_ns`, without a call
             heapq.heappop(queue)
         if queue and queue[0][0] <= time_ns:
             return False
@@ -147,11 +114,11 @@ class Clock:
         queue = self._queue
         try:
             while queue and queue[0][0] <= time_ns:
-                now_ns, _, event = heapq.heappop(queue)
-                action, event.action = event.action, None
-                if action is not None:
+                now_ns, order, timer = heapq.heappop(queue)
+                if timer.order == order:
+                    timer.order = 0
                     self.now_ns = now_ns
-                    action()
+                    timer.action()
                     if self.stopped:
                         return
         finally:
@@ -170,6 +137,11 @@ Booking = tuple[int, int]
 class Timer:
     """One action that is booked at most once at a time, and whose booking can be remembered.
 
+    Attributes:
+        action: see above.
+        order: which of the bookings of the whole run it is; decides at equal times. 0: not booked.
+        time_ns: when it comes, if it is booked.
+
     >>> clock, seen = Clock(), []
     >>> timer = Timer(clock, lambda: seen.append(clock.now_ns))
     >>> timer.after(30); before, booked = clock.state(), timer.state()
@@ -178,12 +150,13 @@ class Timer:
     [30, 30]
     """
 
-    __slots__ = ("_action", "_clock", "_event")
+    __slots__ = ("_clock", "action", "order", "time_ns")
 
     def __init__(self, clock: Clock, action: Action) -> None:
         self._clock = clock
-        self._action = action
-        self._event: Event | None = None
+        self.action = action
+        self.order = 0
+        self.time_ns = 0
 
     def at(self, time_ns: int) -> None:
         """Book the action, in place of an earlier booking.
@@ -191,8 +164,12 @@ class Timer:
         Raises:
             ValueError: the time is past.
         """
-        self.cancel()
-        self._event = self._clock.at(time_ns, self._action)
+        clock = self._clock
+        if time_ns < clock.now_ns:
+            raise ValueError(f"{time_ns} ns is past; it is {clock.now_ns} ns")
+        clock._order = self.order = order = clock._order + 1
+        self.time_ns = time_ns
+        heapq.heappush(clock._queue, (time_ns, order, self))
 
     def after(self, delay_ns: int) -> None:
         """Book the action for `delay_ns` from now."""
@@ -200,28 +177,23 @@ class Timer:
 
     def cancel(self) -> None:
         """Take the booking back; harmless where there is none."""
-        if self._event is not None:
-            self._event.cancel()
-            self._event = None
-
-    @property
-    def booked(self) -> bool:
-        """Whether the action is to come."""
-        event = self._event
-        return event is not None and event.action is not None
+        self.order = 0
 
     @property
     def due_ns(self) -> int | None:
         """When the action comes; None where it is not booked."""
-        state = self.state()
-        return None if state is None else state[0]
+        return self.time_ns if self.order else None
 
     def state(self) -> Booking | None:
         """Return the booking as a value; None where there is none."""
-        event = self._event
-        return None if event is None or event.action is None else (event.time_ns, event.order)
+        return (self.time_ns, self.order) if self.order else None
 
     def restore(self, state: Booking | None) -> None:
         """Make the booking what it was; `Clock.restore` has been called before."""
-        self.cancel()
-        self._event = None if state is None else self._clock.rebook(*state, self._action)
+        self.time_ns, self.order = state or (0, 0)
+        if state is not None:
+            heapq.heappush(self._clock._queue, (*state, self))
+
+    def __lt__(self, other: "Timer") -> bool:
+        """Order a timer and itself: the queue may still hold a booking that is put back."""
+        return False

@@ -114,12 +114,33 @@ class Engaged:
         if jumped:
             self.local_ns += machine.timing.jump_ns
 
-    def _pulse(self, step: Step) -> bool:
-        """Carry out a plain PULSOUT at once; False, and nothing has happened, where it is none.
+    def _pulse_unseen(self, step: Step) -> bool:
+        """Carry out a plain PULSOUT whose edges nobody sees; False, and nothing happens, else.
 
-        A robot's legs take 600 pulses a second. Where nothing else happens while the pin is
-        inverted, both edges are shown without a generator in between; where only those listen
-        who need no edges, they are told of the pulse.
+        A robot's legs take 600 pulses a second. Where nothing else happens during one and those
+        who listen need no edges, they are told when it is over.
+        """
+        machine = self.machine
+        made, pins = step.arguments.of(machine), machine.pins
+        takers = pins.takers(made["pin"] & LAST_PIN)
+        if takers is None or not made["duration"]:
+            return False
+        began_ns = self.local_ns
+        width_ns = made["duration"] * machine.timing.pulsout_ns
+        if not self.clock.advance(began_ns + width_ns):
+            return False
+        self.local_ns = began_ns + width_ns
+        self._answer = width_ns
+        machine.pc = step.instruction.end
+        for taker in takers:
+            taker(began_ns)
+        return True
+
+    def _pulse(self, step: Step) -> bool:
+        """Carry out a plain PULSOUT at once; False, and nothing happens, where it is none.
+
+        Where nothing else happens while the pin is inverted, both edges are shown without a
+        generator in between.
         """
         machine, clock = self.machine, self.clock
         made, pins = step.arguments.of(machine), machine.pins
@@ -127,17 +148,9 @@ class Engaged:
         width_ns = made["duration"] * machine.timing.pulsout_ns
         if not width_ns or not pins.directions >> pin & 1 or not clock.idle(width_ns):
             return False
-        began_ns = self.local_ns
+        pins.invert(pin)
         self.local_ns += width_ns
         self._answer = width_ns
-        takers = pins.takers(pin)
-        if takers is not None:
-            clock.advance(self.local_ns)
-            for taker in takers:
-                taker(began_ns)
-            machine.pc = step.instruction.end
-            return True
-        pins.invert(pin)
         if clock.advance(self.local_ns):
             pins.invert(pin)
             machine.pc = step.instruction.end

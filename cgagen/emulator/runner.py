@@ -142,17 +142,41 @@ class Runner(Engaged):
                 return False
             self._settled = False
         elif self._compile_after is not None and self.coverage is None:
-            blocks = self._programs[machine.slot].blocks
-            if blocks.get(machine.pc, _UNTRIED) is not None:
-                self._sprint(self._compile_after)
-        step = self._step_at(machine.pc)
+            return self._dash(self._compile_after)
+        return self._single(self._step_at(machine.pc))
+
+    def _single(self, step: Step) -> bool:
+        """Carry out one instruction; False where others come first."""
         self.local_ns += step.ns
-        if step.on_pins:
+        if step.on_pins and not self._reach():
             self._step = step
-            if not self._reach():
-                return False
-            self._step = None
+            return False
         self._act(step)
+        return True
+
+    def _dash(self, compile_after: int) -> bool:
+        """Go on by the quick ways: what is compiled, and pulses whose edges nobody looks at.
+
+        Nobody else has a say meanwhile; ends with an instruction of another kind.
+        """
+        machine = self.machine
+        program = self._programs[machine.slot]
+        while self.local_ns < self._slice_ns:
+            if program.blocks.get(machine.pc, _UNTRIED) is not None:
+                self._sprint(compile_after)
+                if self.local_ns >= self._slice_ns:
+                    break
+            step = program.steps.get(machine.pc) or self._step_at(machine.pc)
+            if not step.pulse:
+                return self._single(step)
+            self.local_ns += step.ns
+            if not self._reach():
+                self._step = step
+                return False
+            if not self._pulse_unseen(step):
+                self._act(step)
+                break
+            self.instructions += 1
         return True
 
     def _set_limits(self) -> None:
@@ -222,9 +246,10 @@ class Runner(Engaged):
         if step.action is None:
             if instruction.name in ("END", "STOP"):
                 self.ended = End(instruction.name)
-            quick = step.pulse and self._compile_after is not None and self._pulse(step)
-            if step.function is not None and not quick:
-                self._engage(step)
+            if step.function is not None:
+                quick = step.pulse and self._compile_after is not None and self._pulse(step)
+                if not quick:
+                    self._engage(step)
             return
         place = (machine.slot, instruction.address)
         target = step.action(machine, instruction)

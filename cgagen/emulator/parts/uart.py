@@ -171,7 +171,7 @@ class Uart(Part):
 
     def _changed(self, level: int | None) -> None:
         space = level == 1 - self._mark
-        if not self._sample.booked:
+        if not self._sample.order:
             if not space:
                 return
             self._edges = []

@@ -225,6 +225,15 @@ def test_data_is_read_as_it_is_now(tokenizer: Tokenizer) -> None:
     assert chip.data("free") == bytes(3)
 
 
+def test_a_label_behind_everything_is_the_end(tokenizer: Tokenizer) -> None:
+    compiled = tokenizer.compile(HEAD + "w VAR Word\nw = 1\nGOTO last\nw = 2\nlast:\n")
+    chip = Chip("chip", [compiled], Clock())
+    seen: list[int] = []
+    chip.on_label("last", lambda chip: seen.append(chip.ram["w"]))
+    chip.run(SECOND_NS)
+    assert (seen, chip.ended) == ([1], "END")
+
+
 def test_names_are_those_of_the_slot_that_runs(tokenizer: Tokenizer) -> None:
     head = "' {$STAMP BS2p}\n' {$PBASIC 2.5}\n"
     first = tokenizer.compile(head + "a VAR Word\nt DATA 1\na = 300\nPAUSE 100\nRUN 1\n", "a.bsp")

@@ -14,6 +14,7 @@ from cgagen.stamp.compiled import Compiled, VariableCounts
 from cgagen.stamp.conditional import live_text
 from cgagen.stamp.constants import NotUnderstoodError
 from cgagen.stamp.data import DataBlock, data_of
+from cgagen.stamp.decode import decode
 from cgagen.stamp.definitions import Definition, constants_of, definitions_of
 from cgagen.stamp.layout import FIXED, SIZES, Place, place_in, places_of
 from cgagen.stamp.scan import blanked, labels_of
@@ -33,7 +34,7 @@ class Symbols:
         pins: the number of each PIN.
         constants: the value of each CON.
         data: DATA blocks by label; None where they cannot be told apart.
-        labels: stream bit of the first instruction behind each label that has one.
+        labels: stream bit of the first instruction behind each label.
     """
 
     name: str
@@ -90,7 +91,7 @@ class Symbols:
         """Return the stream bit of the first instruction behind a label.
 
         Raises:
-            SymbolError: there is no such label, or nothing behind it; the nearest names.
+            SymbolError: there is no such label; the nearest names.
         """
         if name.strip().lower() not in self.labels:
             raise self.unknown(name, "label", self.labels, self.labels)
@@ -145,9 +146,14 @@ def _labels(compiled: Compiled, code: str) -> dict[str, int]:
     labels: dict[str, int] = {}
     for label in labels_of(blanked(code)):
         behind = [one.bit for one in statements if one.offset >= label.offset]
-        if behind:
-            labels[label.name.lower()] = behind[0]
+        labels[label.name.lower()] = behind[0] if behind else _last_end(compiled)
     return labels
+
+
+def _last_end(compiled: Compiled) -> int:
+    """Return the stream bit of the END that every program gets behind its last statement."""
+    image = compiled.image
+    return decode(image.eeprom, image.model, image.flags).instructions[-1].address
 
 
 def _counted(definitions: list[Definition], places: Mapping[str, Place]) -> VariableCounts:

@@ -415,9 +415,22 @@ def _bench(trial: MainTrial, wanted: Wanted, image: Image) -> None:
     _table(trial)
     lines = trial.line_bits | trial.step_bit
     want(not trial.drives & lines, "bench", "drives a line in bench mode")
+    stimulus, right = wanted.hunts[1]
+    trial.present(stimulus)
+    _all_bits(trial, stimulus)
     _said(trial, "?Xzz", "!Xzz")
     want(trial.wait("look", 20), "bench", "does not hunt after leaving")
     want(trial.wait("step 0", 1_000), "bench", "does not say GO after leaving")
+    want(trial.lines() == right.command, "bench", f"says {trial.lines()} after leaving")
+
+
+def _all_bits(trial: MainTrial, stimulus: Stimulus) -> None:
+    """Leave bits that sensing does not write in the word of the antennas, and a right sum."""
+    counts = (*stimulus.sonars, *stimulus.lights)
+    words = reading_text(3, counts).rstrip(END).split(" ")
+    words[:2] = "F", f"{counts[0] - (0xF - 3):04X}"
+    said = trial.ask("?Qff", " ".join(words) + END)
+    want("!Qff" in said, "bench", f"an antennas' word of four bits is answered {said!r}")
 
 
 def _late_hello(trial: MainTrial) -> None:

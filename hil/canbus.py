@@ -12,7 +12,7 @@ from cgagen.errors import IdentityError, RigError
 from cgagen.link.port import PortLock
 from hil.can_session import CanSession, Rig
 from hil.frames import Units, decision_of, frames_of
-from hil.guard import is_clear
+from hil.guard import beside, is_clear
 from hil.messages import OBS_SERVOS, SEQUENCES, TICK_NS, Fault, Op
 from hil.rig_url import rig_url
 from hil.subject import Subject
@@ -110,6 +110,10 @@ class CanTarget:
     def admits(self, stimulus: Stimulus) -> bool:
         """Say whether a stimulus is clear of doubt with this rig's timers."""
         return is_clear(self._subject.robot, stimulus, self.guard_counts)
+
+    def beside(self) -> list[Stimulus]:
+        """Return the readings just outside of the guard band; none for a rig that is exact."""
+        return beside(self._subject.robot, self.guard_counts) if self.guard_counts else []
 
     def reset(self) -> None:
         """Reset the robot, and greet the rig again.

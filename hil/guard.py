@@ -8,7 +8,7 @@ import itertools
 
 from cgagen.robot import Robot
 from hil.emulated import MOST_SONAR_COUNTS
-from hil.stimuli import light_limits, sonar_limits
+from hil.stimuli import light_limits, neutral, sonar_limits, with_values
 from hil.target import Stimulus
 
 
@@ -33,6 +33,30 @@ def is_clear(robot: Robot, stimulus: Stimulus, guard_counts: int) -> bool:
         for group in (rows, lit)
         for one, other in itertools.combinations(group, 2)
     )
+
+
+def beside(robot: Robot, guard_counts: int) -> list[Stimulus]:
+    """Return the readings nearest to each threshold that are clear of doubt, the rest neutral.
+
+    A light's come with the other light dark, and with it lit from afar: that is how all of its
+    thresholds decide something.
+    """
+    plain, lights = neutral(robot), light_limits(robot)
+    first = len(plain.sonars)
+    backgrounds = {index: [plain] for index in range(first)}
+    for index in range(first, first + len(plain.lights)):
+        other = 2 * first + 1 - index
+        far = with_values(plain, {other: lights[-1] - guard_counts - 1})
+        backgrounds[index] = [plain, far]
+    limits = [*sonar_limits(robot), *[lights] * len(plain.lights)]
+    found = [
+        with_values(background, {index: value})
+        for index, row in enumerate(limits)
+        for background in backgrounds[index]
+        for limit in row
+        for value in (limit - guard_counts - 1, limit + guard_counts)
+    ]
+    return [one for one in found if is_clear(robot, one, guard_counts)]
 
 
 _Row = tuple[int, tuple[int, ...]]

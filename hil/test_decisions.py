@@ -17,7 +17,7 @@ from hil.stimuli import Level, every_state
 from hil.subject import Subject
 from hil.target import Stimulus, Target
 from hil.timing import try_timing
-from hil.verify import pin_readings, try_table
+from hil.verify import pin_readings, try_table, with_beside
 from hil.walks import try_walks
 
 Check = Callable[[Target, Sequence[Stimulus]], Trial]
@@ -64,7 +64,7 @@ def test_decisions_on_the_target(
     hil_target: Target, hil_subject: Subject, hil_config: Any, hil_check: Check
 ) -> None:
     readings = pin_readings(hil_subject, Level(hil_config.level), hil_config.seed)
-    trial = hil_check(hil_target, readings)
+    trial = hil_check(hil_target, with_beside(hil_target, readings))
     assert set(trial.agreed) == set(every_state(hil_subject.robot))
 
 

@@ -69,7 +69,7 @@ def verify(
         for trace in traces:
             _with_trace(report, subject, lambda: PinsTarget(subject), trace)
     for make in others:
-        trial = try_target(subject, make, fast, ear)
+        trial = try_target(subject, make, fast, ear, widened=readings is None)
         report.add(trial.target, trial)
         for trace in traces:
             _with_trace(report, subject, make, trace)
@@ -216,11 +216,18 @@ def try_table(subject: Subject, target: RegisterTarget) -> Trial:
     return trial
 
 
+def with_beside(target: Target, readings: Sequence[Stimulus]) -> list[Stimulus]:
+    """Return readings with those that an open target has in place of what it cannot be given."""
+    more: Callable[[], list[Stimulus]] | None = getattr(target, "beside", None)
+    return list(dict.fromkeys([*readings, *(more() if more else ())]))
+
+
 def try_target(
     subject: Subject,
     make: Callable[[], Target],
     stimuli: Sequence[Stimulus],
     ear: Callable[[str], Heard] | None = None,
+    widened: bool = False,
 ) -> Trial:
     """Open a target, compare it with the simulator, and close it.
 
@@ -229,10 +236,12 @@ def try_target(
         make: makes it.
         stimuli: in this order.
         ear: given the target's name, returns what is told of each answer.
+        widened: try what the target itself has to add, too.
     """
     target = make()
     try:
         target.open()
+        stimuli = with_beside(target, stimuli) if widened else stimuli
         return compare(subject, target, stimuli, heard=ear(target.url) if ear else None)
     except RigError as error:
         return blocked(target.url, error)

@@ -19,7 +19,7 @@ from hil import can_session
 from hil.emulated import PinsTarget
 from hil.equivalence import Verdict, compare
 from hil.frames import Frame, frame
-from hil.guard import is_clear
+from hil.guard import beside, is_clear
 from hil.messages import (
     OBS_DECISION,
     OBS_SERVOS,
@@ -47,6 +47,7 @@ from hil.stimuli import (
     sonar_limits,
     stimuli_of,
     thresholds,
+    with_values,
 )
 from hil.target import LATENCY, PINS, STATE, Stimulus
 from hil.targets import make_target
@@ -661,6 +662,23 @@ def test_the_band_ends_where_it_says() -> None:
     assert inside == [limit - 2, limit - 1, limit, limit + 1]
 
 
+@pytest.mark.parametrize("role", ["predator", "prey"])
+def test_the_nearest_on_both_sides_of_a_threshold_are_tried_instead(role: str) -> None:
+    robot = subject(role).robot
+    readings = beside(robot, 2)
+    assert all(is_clear(robot, one, 2) and not is_clear(robot, one, 3) for one in readings)
+    limits = [*sonar_limits(robot), *[light_limits(robot)] * len(nothing(role).lights)]
+    states = dict(zip(readings, states_of(robot, readings).tolist(), strict=True))
+    for index, row in enumerate(limits):
+        for limit in row:
+            pairs = [
+                (state, states.get(with_values(one, {index: limit + 2})))
+                for one, state in states.items()
+                if (*one.sonars, *one.lights)[index] == limit - 3
+            ]
+            assert any(above not in (None, below) for below, above in pairs), (index, limit)
+
+
 def test_what_is_too_near_is_left_out_and_counted() -> None:
     one = subject(PREDATOR)
     near = [stimulus for stimulus in thresholds(one.robot) if not is_clear(one.robot, stimulus, 2)]
@@ -669,9 +687,13 @@ def test_what_is_too_near_is_left_out_and_counted() -> None:
         with guarded:
             trial = compare(one, guarded, [nothing(PREDATOR), *near])
         only = try_target(one, lambda: Target(f"{bus.url}?guard=2", one), near)
+        wide = try_target(one, lambda: Target(f"{bus.url}?guard=2", one), near, widened=True)
+        exact = try_target(one, lambda: Target(bus.url, one), near[:1], widened=True)
     assert (trial.verdict, trial.decisions, trial.left_out) == (Verdict.PASS, 1, len(near))
     assert len(near) >= len(around(sonar_limits(one.robot)[0]))
     assert only.verdict is Verdict.UNPROVEN
+    assert (wide.verdict, wide.decisions) == (Verdict.PASS, len(beside(one.robot, 2)))
+    assert exact.decisions == 1
 
 
 @pytest.mark.parametrize(("jitter", "guard"), [(0, 0), (1, 1), (15, 1), (16, 2), (255, 17)])

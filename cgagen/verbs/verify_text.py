@@ -51,7 +51,7 @@ def _finding(small: "Finding", subject: "Subject") -> list[str]:
 
 def data_of(report: "Report", repeat: str) -> dict[str, Any]:
     """Return the same as JSON has it."""
-    subject, small = report.subject, report.smallest
+    subject, small, shown = report.subject, report.smallest, report.evidence.data()
     return {
         "verdict": str(report.verdict),
         "robot": {"name": subject.robot.name, "digest": subject.robot.digest},
@@ -60,6 +60,8 @@ def data_of(report: "Report", repeat: str) -> dict[str, Any]:
         "level": str(report.level),
         "seed": report.seed,
         "trials": {name: _trial(trial) for name, trial in report.trials.items()},
+        "proof": shown["proof"],
+        "timing": shown["timing"],
         "smallest": {
             "reading": small.stimulus.text() if small.stimulus else None,
             "why": small.why,

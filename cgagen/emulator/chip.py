@@ -256,7 +256,8 @@ class Chip(Named):
         machine.choose_port(state.on_aux)
         other = machine.main_pins if state.on_aux else machine.aux_pins
         machine.pins.restore(state.now.latch, state.now.directions)
-        other.restore(*state.other_pins)
+        if state.on_aux or (other.latch, other.directions) != state.other_pins:
+            other.restore(*state.other_pins)  # nothing but the chip itself is on an auxiliary port
         self.pins.send(state.sout)
         put_back(machine, state.now)
         machine.pc, machine.slot, machine.store_slot, machine.last_return = state.place

@@ -4,7 +4,7 @@ Ref: S2 p. 313 to 337 (POLLIN, POLLMODE, POLLOUT, POLLRUN, POLLWAIT), p. 93 for 
 scratch pad that show it. Not documented, so our choice: a poll takes no time of its own.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from cgagen.emulator.pins import PINS, Pins
 
@@ -48,7 +48,8 @@ class Polling:
 
     def copy(self) -> "Polling":
         """Return a copy that is on its own."""
-        return replace(self)
+        flags = self.latching, self.latched, self.slot, self.seen, self.triggered
+        return Polling(self.inputs, self.outputs, self.mode, *flags)
 
     def set_mode(self, mode: int) -> None:
         """Carry out POLLMODE."""

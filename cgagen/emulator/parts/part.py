@@ -9,7 +9,8 @@ _DATA = (int, float, str, bytes, bytearray, tuple, frozenset, list, dict, type(N
 
 _FIXED = frozenset({int, bool, float, str, bytes, type(None)})
 
-PartState = tuple[dict[str, Any], tuple[Booking | None, ...]]
+PartState = tuple[dict[str, Any], tuple[Booking | None, ...], tuple[str, ...]]
+"""Data, bookings, and which of the data could be changed in place, so that a copy is given."""
 
 
 class Part:
@@ -41,16 +42,20 @@ class Part:
     def state(self) -> PartState:
         """Return what `restore` needs, as a value of its own."""
         data = {
-            key: _copied(value)
+            key: copy.deepcopy(value)
             for key, value in vars(self).items()
             if key != "_timers" and key not in self.CIRCUIT and not _is_circuit(value)
         }
-        return data, tuple(timer.state() for timer in self._timers)
+        loose = tuple(key for key, value in data.items() if type(value) not in _FIXED)
+        return data, tuple(timer.state() for timer in self._timers), loose
 
     def restore(self, state: PartState) -> None:
         """Go back to a state; the clock has been restored before."""
-        data, bookings = state
-        vars(self).update({key: _copied(value) for key, value in data.items()})
+        data, bookings, loose = state
+        mine = vars(self)
+        mine.update(data)
+        for key in loose:
+            mine[key] = copy.deepcopy(data[key])
         for timer, booking in zip(self._timers, bookings, strict=True):
             timer.restore(booking)
 
@@ -58,11 +63,6 @@ class Part:
         """Return what this part has booked now."""
         states = (timer.state() for timer in self._timers)
         return [state for state in states if state is not None]
-
-
-def _copied(value: Any) -> Any:
-    """Return a copy. Most values cannot change, and a bench has hundreds of them."""
-    return value if type(value) in _FIXED else copy.deepcopy(value)
 
 
 def _is_circuit(value: object) -> bool:

@@ -72,7 +72,8 @@ class FakeChip:
     """The chip: loader and EEPROM.
 
     `program` is what runs: called with the chip at each start, it returns bytes with their delay
-    in seconds; `hears` is called with each byte that reaches a running program.
+    in seconds; `hears` is called with each byte that reaches a running program. A deaf chip finds
+    every packet broken; one that does not start by itself takes no notice of the sign-off.
     """
 
     name: str
@@ -80,6 +81,9 @@ class FakeChip:
     hears: Callable[["FakeChip", int], list[tuple[float, int]]] = lambda chip, byte: []
     atn_works: bool = True
     worn_block: int | None = None
+    write_s: float = WRITE_S
+    deaf: bool = False
+    starts_by_itself: bool = True
     slots: dict[int, bytearray] = field(default_factory=dict)
     state: str = "runs"
     starts: int = 0
@@ -125,19 +129,19 @@ class FakeChip:
             self._slot, self.state = byte, "packets"
             return []
         if not self._packet and byte < 0x80:
-            return self.start()
+            return self.start() if self.starts_by_itself else []
         self._packet.append(byte)
         if len(self._packet) < 18:
             return []
         packet, self._packet = bytes(self._packet), bytearray()
-        if sum(packet) & 0xFF or self._slot not in self.slots:
+        if self.deaf or sum(packet) & 0xFF or self._slot not in self.slots:
             return [(ANSWER_S, 1)]
         block = packet[0] & 0x7F
         if block == self.worn_block:
-            return [(WRITE_S, 2)]
+            return [(self.write_s, 2)]
         self.slots[self._slot][block * 16 : block * 16 + 16] = packet[1:17]
         self.writes.append(block)
-        return [(WRITE_S, 0)]
+        return [(self.write_s, 0)]
 
 
 class FakePort:

@@ -250,7 +250,7 @@ def test_one_attempt_alone_notices_every_fault_of_the_packets(name: str, kind: K
     image = image_of(of(name))
     first = 8 + 4 if name == "BS2" else 3 + 2
     for position in range(first, first + 3 * 37):
-        port = FakePort(FakeChip(name), SimClock(), (Fault(kind, position),))
+        port = FakePort(FakeChip(name), SimClock(), (Fault(kind, position),), timeout=0.005)
         noticed = True
         try:
             Line(port, port.clock).converse(download(planned(image), State(), attempts=1))
@@ -266,6 +266,47 @@ def test_a_line_that_is_never_good_ends_in_an_error(kind: Kind, every: int) -> N
     stamp, clock = FakeChip("BS2p24"), SimClock()
     result = attempt(FakePort(stamp, clock, (Fault(kind, 0, every),)), image_of("BS2p"))
     assert isinstance(result, RigError | FlashError)
+
+
+TRANSIENT = [Kind.LOST, Kind.DOUBLED, Kind.FLIPPED, Kind.LATE, Kind.RESET]
+
+
+@pytest.mark.parametrize("kind", TRANSIENT)
+@pytest.mark.parametrize("name", ["BS2", "BS2e", "BS2p24"])
+def test_a_fault_does_not_make_another_module(name: str, kind: Kind) -> None:
+    """A doubled 'P' is what a BS2p40 would answer."""
+    likely = (chip(of(name)),)
+    for position in range(9 if name == "BS2" else 4):
+        port = FakePort(FakeChip(name), SimClock(), (Fault(kind, position),), timeout=0.005)
+        module = ask(Line(port, port.clock), "x", likely)
+        assert module.model == likely[0]
+        assert module.pins == 24
+
+
+def test_a_slow_eeprom_and_one_that_is_too_slow() -> None:
+    for write_s, good in ((0.9, True), (1.3, False)):
+        port = FakePort(FakeChip("BS2", write_s=write_s), SimClock(), timeout=0.005)
+        result = attempt(port, image_of("BS2"))
+        assert isinstance(result, FlashReport) == good
+        assert good or "no answer" in str(result)
+
+
+def test_a_chip_that_finds_every_packet_broken() -> None:
+    port = FakePort(FakeChip("BS2", deaf=True), SimClock())
+    with pytest.raises(FlashError, match=r"found block 0 .* broken again and again"):
+        flash(port, image_of("BS2"))
+
+
+def test_a_program_that_the_sign_off_does_not_start_is_started() -> None:
+    stamp = FakeChip("BS2p24", starts_by_itself=False)
+    assert not flash(FakePort(stamp, SimClock()), image_of("BS2p")).talks
+    assert (stamp.state, stamp.starts) == ("runs", 1)
+
+
+def test_an_adapter_that_echoes_too_is_no_bs2p40() -> None:
+    stamp = FakeChip("BS2p24", atn_works=False)
+    with pytest.raises(RigError, match="every byte comes back twice"):
+        flash(FakePort(stamp, SimClock(), echoes=2, timeout=0.005), image_of("BS2p"))
 
 
 def test_attempts_are_bounded() -> None:

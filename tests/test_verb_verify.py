@@ -1,6 +1,7 @@
 """`cgagen verify` as its users call it."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,12 @@ import pytest
 from click.testing import CliRunner, Result
 
 from cgagen.cli import cgagen
+from cgagen.errors import CgagenError
+from cgagen.tokenizer import Tokenizer
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 GENOME = str(FIRMWARE / "reference.genome")
+TRACES = Path(__file__).parent.parent / "hil" / "traces"
 CALM = "0,0,0/--/0,0"
 
 
@@ -77,6 +81,60 @@ def test_a_target_that_is_absent_is_blocked() -> None:
     assert result.exit_code == 7, result.output
     assert "cannot be opened" in result.stdout
     assert result.stdout.splitlines()[-1] == "BLOCKED"
+
+
+def test_the_exhaustive_level_is_a_proof(tmp_path: Path) -> None:
+    page = tmp_path / "verify.html"
+    result = call("verify", GENOME, "--level", "exhaustive", "--report", str(page), "--json")
+    assert result.exit_code == 0, result.output
+    data = json.loads(result.stdout)
+    cells = data["trials"]["cells"]
+    assert sum(cells["agreed"].values()) == data["proof"]["cells"] == 70_656
+    assert cells["note"].startswith("PASS: proven for every reading, by all 70,656 cells")
+    assert data["trials"]["emulator"]["left_out"] == 0
+    assert data["again"].endswith("--level exhaustive --seed 1")
+    assert "proven for every reading" in page.read_text("utf-8")
+
+
+def test_a_program_that_is_not_understood_is_unproven(build: Path, tokenizer: Tokenizer) -> None:
+    source = build / "main.bsp"
+    old, new = "  litLeft = 0\n", "  litLeft = 0 & echo(0)\n"
+    assert old in source.read_text()
+    source.write_text(source.read_text().replace(old, new))
+    (build / "main.bin").write_bytes(tokenizer.compile(source.read_text(), "m").image.eeprom)
+    result = call("verify", GENOME, "--build", str(build), "--level", "exhaustive")
+    assert result.exit_code == 11, result.output
+    assert result.stdout.splitlines()[-1] == "UNPROVEN"
+    assert re.search(r"cells: line \d+: sonar front is used in arithmetic", result.stdout)
+
+
+def test_a_trace_that_was_changed_fails_with_its_line(tmp_path: Path) -> None:
+    table = (TRACES / "vectors.csv").read_text("utf-8").splitlines()
+    at = next(n for n, line in enumerate(table) if ",0,4" in line)
+    table[at] = table[at].replace(",0,4", ",0,5")
+    trace = tmp_path / "changed.csv"
+    trace.write_text("\n".join(table) + "\n", "utf-8")
+    code, data = verify(GENOME, "--trace", str(TRACES / "hunt.log"), "--trace", str(trace))
+    verdicts = {name: trial["verdict"] for name, trial in data["trials"].items()}
+    assert (code, verdicts.pop("changed.csv on emulator")) == (9, "FAIL")
+    assert set(verdicts.values()) == {"PASS"}
+    assert verdicts["hunt.log on emulator"] == "PASS"
+    assert f"line {at + 1}" in data["trials"]["changed.csv on emulator"]["reason"]
+    assert f"--trace {trace}" in data["again"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--report", "r.pdf"), "ends in .html or .json"),
+        (("--report", "no/such/r.html"), "there is no folder"),
+        (("--kills", GENOME), "is no kill matrix"),
+    ],
+)
+def test_wrong_files_are_refused_before_the_work(words: tuple[str, ...], sentence: str) -> None:
+    result = call("verify", GENOME, *words)
+    assert isinstance(result.exception, CgagenError)
+    assert sentence in str(result.exception)
 
 
 @pytest.mark.parametrize(

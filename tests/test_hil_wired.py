@@ -7,7 +7,7 @@ import pytest
 
 from cgagen.emulator.bench import Bench
 from cgagen.errors import IdentityError, RigError, TargetTimeout
-from cgagen.link import bench_hook
+from cgagen.link import bench_hook, prompted
 from cgagen.stamp.image import Image
 from hil.emulated import robot_bench
 from hil.equivalence import Verdict, compare
@@ -100,7 +100,7 @@ def test_a_chip_with_other_bytes_is_blocked(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_a_chip_that_falls_silent_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench_hook, "ANSWER_S", 0.3)
-    monkeypatch.setattr(bench_hook, "LIFE_S", 0.1)
+    monkeypatch.setattr(prompted, "LIFE_S", 0.1)
     one = subject("prey")
     with Dying(bench(one)) as pipe:
         trial = try_target(one, lambda: WiredTarget(pipe.url, one, gaps=False), [neutral(one)])

@@ -16,23 +16,15 @@ only by its number. All waits are bounded.
 
 import string
 import time
-from collections.abc import Iterator
 from itertools import count
-from types import TracebackType
-from typing import Never, Self
-
-import serial
 
 from cgagen.bench_protocol import (
     ANSWER,
     BANNER,
-    BAUD,
     BYTE_GAP_MS,
     DUMP_BLOCK_BYTES,
     DUMP_LINE_BYTES,
     END,
-    PROMPT,
-    PROMPT_GAP_MS,
     Answer,
     Banner,
     Letter,
@@ -43,8 +35,9 @@ from cgagen.bench_protocol import (
     parse_dump,
     request_text,
 )
-from cgagen.errors import IdentityError, RigError, TargetTimeout
-from cgagen.link.port import PortLock, open_port, reset_by_dtr
+from cgagen.errors import IdentityError, RigError
+from cgagen.link.port import reset_by_dtr
+from cgagen.link.prompted import PromptedPort
 from cgagen.stamp.chips import EEPROM_BYTES
 
 __all__ = ["BenchHook", "banner_in"]
@@ -68,14 +61,8 @@ BANNER_PIECE = 128
 """Bytes that are read at a time in search of the banner, which lies among the first DATA: 1.6 s
 from a BS2. Choice."""
 
-LIFE_S = 1.0
-"""A chip from which something came so short a time ago lives: it prompts every 50 ms. Choice."""
 
-UNHEARD_PROMPTS = 2
-"""So many prompts after a request without an answer: it was not heard."""
-
-
-class BenchHook:
+class BenchHook(PromptedPort):
     """A controller on a port, as a host talks to it.
 
     Args:
@@ -91,51 +78,13 @@ class BenchHook:
     """
 
     def __init__(self, port: str, gaps: bool = True) -> None:
-        self.port = port
+        super().__init__(port, gaps)
         self.nonce = ""
         self.stale = 0
         self.unheard = 0
         self.greeting: Banner | None = None
-        self._gaps = gaps
-        self._lock = PortLock(port)
-        self._serial: serial.SerialBase | None = None
         self._numbers = count(0)
         self._nonces = count(0)
-        self._heard_s = -LIFE_S
-
-    # -- The port -----------------------------------------------------------------------------
-
-    def open(self) -> None:
-        """Open the port and take its lock; the chip notices nothing.
-
-        Raises:
-            RigError: no such port, or another session has it.
-        """
-        self._lock.take()
-        try:
-            self._serial = open_port(self.port)
-        except BaseException:
-            self.close()
-            raise
-
-    def close(self) -> None:
-        """Close the port; the chip stays in bench mode. Harmless when repeated."""
-        if self._serial is not None:
-            self._serial.close()
-            self._serial = None
-        self._lock.release()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def reset(self) -> Banner:
         """Pulse ATN by DTR and wait for the banner; `hello` has half a second from then on.
@@ -143,19 +92,17 @@ class BenchHook:
         Raises:
             RigError: this port has no DTR, or no banner of ours follows.
         """
-        reset_by_dtr(self.port, self._opened())
+        reset_by_dtr(self.port, self.opened())
         self.greeting = None
         line, deadline = "", time.monotonic() + HELLO_S
         while self.greeting is None and time.monotonic() < deadline:
-            one = self._read()
+            one = self.read()
             line = "" if one == BANNER else line + one
             if one == END:
                 self.greeting = parse_banner(BANNER + line.rstrip(END))
         if self.greeting is None:
-            self._give_up("DTR was pulsed and no banner came")
+            self.give_up("DTR was pulsed and no banner came")
         return self.greeting
-
-    # -- Requests -----------------------------------------------------------------------------
 
     def hello(self) -> str:
         """Enter bench mode, or make sure of it; returns the nonce that was echoed.
@@ -168,11 +115,11 @@ class BenchHook:
         while time.monotonic() < deadline:
             number = next(self._nonces)
             self.nonce = SIGNS[number % 26] + SIGNS[26 + number % 26]
-            self._speak(request_text(Letter.HELLO, *self.nonce), deadline)
-            for line in self._lines(deadline):
+            self.speak(request_text(Letter.HELLO, *self.nonce), deadline)
+            for line in self.lines(deadline):
                 if f"{ANSWER}{Letter.HELLO}{self.nonce}" in line:
                     return self.nonce
-        self._give_up("does not say hello")
+        self.give_up("does not say hello")
 
     def leave(self) -> None:
         """Let the robot go its own way again: it hunts, flees, or waits for GO."""
@@ -191,10 +138,10 @@ class BenchHook:
         sign = self._sign()
         deadline = time.monotonic() + ANSWER_S
         while time.monotonic() < deadline:
-            self._speak(request_text(Letter.QUESTION, *sign), deadline)
-            if self._await_prompt(deadline):
-                self._write(readings, BYTE_GAP_MS)
-                for line in self._lines(deadline):
+            self.speak(request_text(Letter.QUESTION, *sign), deadline)
+            if self.await_prompt(deadline):
+                self.write(readings, BYTE_GAP_MS)
+                for line in self.lines(deadline):
                     answer = parse_answer(line)
                     if answer is not None and answer.sequence == sign:
                         return answer
@@ -203,7 +150,7 @@ class BenchHook:
                     elif f"{ANSWER}{Letter.REFUSED}{sign}" in line:
                         break
             self.unheard += 1
-        self._give_up(f"no answer to the readings {readings.strip()} in {ANSWER_S:g} s")
+        self.give_up(f"no answer to the readings {readings.strip()} in {ANSWER_S:g} s")
 
     def move(self, command: int, sign: str | None = None) -> None:
         """Have a locomotion controller walk a movement once; returns when the legs stand.
@@ -219,8 +166,8 @@ class BenchHook:
         """
         mark = sign or self._sign()[1]
         self._order(Letter.MOVE, str(command), mark)
-        if not self._await_prompt(time.monotonic() + WALK_S):
-            self._give_up(f"movement {command} is not over after {WALK_S:g} s")
+        if not self.await_prompt(time.monotonic() + WALK_S):
+            self.give_up(f"movement {command} is not over after {WALK_S:g} s")
 
     def centre(self) -> None:
         """Have a locomotion controller put all legs down and straight out."""
@@ -238,8 +185,8 @@ class BenchHook:
         deadline = time.monotonic() + DUMP_S
         found: dict[int, bytes] = {}
         while time.monotonic() < deadline:
-            self._speak(request, deadline)
-            for line in self._lines(deadline):
+            self.speak(request, deadline)
+            for line in self.lines(deadline):
                 part = parse_dump(line)
                 if part is not None:
                     found[part[0]] = part[1]
@@ -267,8 +214,6 @@ class BenchHook:
             f"{self.port}: no banner of cgagen's firmware in the chip; load the build first"
         )
 
-    # -- Talking ------------------------------------------------------------------------------
-
     def _sign(self) -> str:
         """Return two characters, others than the last time."""
         number = next(self._numbers)
@@ -279,8 +224,8 @@ class BenchHook:
         request = request_text(letter, first, second)
         deadline = time.monotonic() + ANSWER_S
         while time.monotonic() < deadline:
-            self._speak(request, deadline)
-            for line in self._lines(deadline):
+            self.speak(request, deadline)
+            for line in self.lines(deadline):
                 if f"{ANSWER}{request[1:]}" in line:
                     return
                 if f"{ANSWER}{Letter.REFUSED}{request[2:]}" in line:
@@ -289,70 +234,4 @@ class BenchHook:
                         "other controller's"
                     )
             self.unheard += 1
-        self._give_up(f"no answer to {request} in {ANSWER_S:g} s")
-
-    def _speak(self, request: str, deadline: float) -> None:
-        """Wait for a prompt and send a request behind it."""
-        if not self._await_prompt(deadline):
-            self._give_up("no prompt came")
-        self._write(request, 0)
-
-    def _await_prompt(self, deadline: float) -> bool:
-        while time.monotonic() < deadline:
-            if self._read() == PROMPT:
-                return True
-        return False
-
-    def _lines(self, deadline: float) -> Iterator[str]:
-        """Yield lines behind a request; ends when prompts say that it was not heard."""
-        prompts, text = 0, ""
-        while time.monotonic() < deadline:
-            one = self._read()
-            if one == END:
-                yield text
-                text = ""
-                continue
-            text += one
-            prompts += one == PROMPT
-            if prompts == UNHEARD_PROMPTS:
-                return
-
-    def _write(self, text: str, gap_ms: int) -> None:
-        port = self._opened()
-        try:
-            if not self._gaps:
-                port.write(text.encode("ascii"))
-                return
-            time.sleep(PROMPT_GAP_MS / 1_000)
-            for piece in text if gap_ms else (text,):
-                port.write(piece.encode("ascii"))
-                if gap_ms:
-                    port.flush()
-                    time.sleep(10 / BAUD + gap_ms / 1_000)
-        except (OSError, serial.SerialException) as error:
-            raise RigError(
-                f"{self.port}: lost while sending ({error}); look at the cable"
-            ) from error
-
-    def _read(self) -> str:
-        """Return the next character; "" when none came for a while."""
-        try:
-            data: bytes = self._opened().read(1)
-        except (OSError, TypeError, serial.SerialException) as error:
-            raise RigError(f"{self.port}: lost ({error}); look at the cable") from error
-        if data:
-            self._heard_s = time.monotonic()
-        return data.decode("latin-1")
-
-    def _opened(self) -> serial.SerialBase:
-        if self._serial is None:
-            raise RigError(f"{self.port}: is not open; open it first")
-        return self._serial
-
-    def _give_up(self, what: str) -> Never:
-        if time.monotonic() - self._heard_s < LIFE_S:
-            raise TargetTimeout(f"{self.port}: {what}, though the chip is alive; reset it")
-        raise RigError(
-            f"{self.port}: {what}, and nothing else comes either; look at the cable, switch the "
-            "robot on, or reset it"
-        )
+        self.give_up(f"no answer to {request} in {ANSWER_S:g} s")

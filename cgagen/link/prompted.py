@@ -1,0 +1,139 @@
+"""A port with a chip that prompts: its lock, its characters, its prompts, all waits bounded."""
+
+import time
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Never, Self
+
+import serial
+
+from cgagen.bench_protocol import BAUD, END, PROMPT, PROMPT_GAP_MS
+from cgagen.errors import RigError, TargetTimeout
+from cgagen.link.port import PortLock, open_port
+
+LIFE_S = 1.0
+"""A chip from which something came so short a time ago lives: it prompts every 50 ms. Choice."""
+
+UNHEARD_PROMPTS = 2
+"""So many prompts after a request without an answer: it was not heard."""
+
+
+class PromptedPort:
+    """A port whose chip says when it listens.
+
+    Args:
+        port: device path, or a URL of pyserial's.
+        gaps: leave the pauses that a Stamp needs; a server of emulated chips leaves them itself.
+
+    Attributes:
+        port: its name.
+    """
+
+    def __init__(self, port: str, gaps: bool = True) -> None:
+        self.port = port
+        self._gaps = gaps
+        self._lock = PortLock(port)
+        self._serial: serial.SerialBase | None = None
+        self._heard_s = -LIFE_S
+
+    def open(self) -> None:
+        """Open the port and take its lock; the chip notices nothing.
+
+        Raises:
+            RigError: no such port, or another session has it.
+        """
+        self._lock.take()
+        try:
+            self._serial = open_port(self.port)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Close the port; the chip stays in bench mode. Harmless when repeated."""
+        if self._serial is not None:
+            self._serial.close()
+            self._serial = None
+        self._lock.release()
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def speak(self, request: str, deadline: float) -> None:
+        """Wait for a prompt and send a request behind it."""
+        if not self.await_prompt(deadline):
+            self.give_up("no prompt came")
+        self.write(request, 0)
+
+    def await_prompt(self, deadline: float) -> bool:
+        """Wait for a prompt; says whether one came in time."""
+        while time.monotonic() < deadline:
+            if self.read() == PROMPT:
+                return True
+        return False
+
+    def lines(self, deadline: float) -> Iterator[str]:
+        """Yield lines behind a request; ends when prompts say that it was not heard."""
+        prompts, text = 0, ""
+        while time.monotonic() < deadline:
+            one = self.read()
+            if one == END:
+                yield text
+                text = ""
+                continue
+            text += one
+            prompts += one == PROMPT
+            if prompts == UNHEARD_PROMPTS:
+                return
+
+    def write(self, text: str, gap_ms: int) -> None:
+        """Send behind a prompt, with the pauses that the chip needs. Raises RigError."""
+        port = self.opened()
+        try:
+            if not self._gaps:
+                port.write(text.encode("ascii"))
+                return
+            time.sleep(PROMPT_GAP_MS / 1_000)
+            for piece in text if gap_ms else (text,):
+                port.write(piece.encode("ascii"))
+                if gap_ms:
+                    port.flush()
+                    time.sleep(10 / BAUD + gap_ms / 1_000)
+        except (OSError, serial.SerialException) as error:
+            raise RigError(
+                f"{self.port}: lost while sending ({error}); look at the cable"
+            ) from error
+
+    def read(self) -> str:
+        """Return the next character; "" when none came for a while."""
+        try:
+            data: bytes = self.opened().read(1)
+        except (OSError, TypeError, serial.SerialException) as error:
+            raise RigError(f"{self.port}: lost ({error}); look at the cable") from error
+        if data:
+            self._heard_s = time.monotonic()
+        return data.decode("latin-1")
+
+    def opened(self) -> serial.SerialBase:
+        """Return the open port. Raises RigError."""
+        if self._serial is None:
+            raise RigError(f"{self.port}: is not open; open it first")
+        return self._serial
+
+    def give_up(self, what: str) -> Never:
+        """Raise TargetTimeout where the chip still lives, and RigError where it is silent."""
+        if time.monotonic() - self._heard_s < LIFE_S:
+            raise TargetTimeout(f"{self.port}: {what}, though the chip is alive; reset it")
+        raise RigError(
+            f"{self.port}: {what}, and nothing else comes either; look at the cable, switch the "
+            "robot on, or reset it"
+        )

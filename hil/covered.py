@@ -18,8 +18,11 @@ from cgagen.tokenizer import compile_source
 from cgagen.words import Role
 from hil.fate import PROGRAMS, SURVIVORS
 from hil.judge_legs import judge_legs
-from hil.judge_main import Decider, MainTrial, genes, judge_main, wanted_of
+from hil.judge_main import judge_main
 from hil.kill import subject_for
+from hil.main_decides import Decider, genes
+from hil.main_trial import MainTrial
+from hil.main_wanted import wanted_of
 from hil.simulated import states_of
 from hil.stimuli import every_state, neutral, thresholds, ties
 from hil.subject import Subject

@@ -31,8 +31,9 @@ from hil.fate import (
     unreviewed,
 )
 from hil.judge_legs import judge_legs
-from hil.judge_main import Wanted, judge_main, wanted_of
+from hil.judge_main import judge_main
 from hil.kills import matrix, record_of, record_text, summary
+from hil.main_wanted import Wanted, wanted_of
 from hil.mutate import Mutant, all_mutants, choose
 from hil.proof import Proof, prove
 from hil.subject import CHIPS, Subject, read_subject

@@ -22,9 +22,10 @@ from hil.fate import (
     unreviewed,
 )
 from hil.judge_legs import judge_legs
-from hil.judge_main import judge_main, wanted_of
+from hil.judge_main import judge_main
 from hil.kill import judge, main, proof_of, proven, subject_for
 from hil.kills import matrix, record_of, record_text, summary
+from hil.main_wanted import wanted_of
 from hil.mutate import Mutant, all_mutants, choose
 
 pytestmark = pytest.mark.hil_req("CHECKS")

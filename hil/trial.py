@@ -142,3 +142,19 @@ class Trial:
         self.text.append(byte)
         self.heard_ns.append(self.now_ns)
         self.event(f"byte {byte}")
+
+
+def answered(trial: Trial, request: str, answer: str) -> None:
+    """Say a request, which has to be answered so."""
+    said = trial.ask(request)
+    want(said == f"{request}{answer}\r", "bench", f"{request} is answered {said!r}")
+
+
+def ignores(trial: Trial, text: str) -> None:
+    """Say what is no request, which must not be answered."""
+    trial.wait(f"byte {ord(PROMPT)}", 500)
+    trial.go_on(PROMPT_GAP_MS)
+    trial.forget()
+    trial.host.send(text.encode("latin-1"))
+    trial.go_on(150)
+    want("!" not in trial.said.removeprefix(text), "bench", f"answers {trial.said!r}")

@@ -25,8 +25,6 @@ LONG_FILES: dict[str, str] = {
     "cgagen/robot/values.py": "the whole robot as values, a page per part",
     "sim/numbers.py": "the whole world as values, and how each is made",
     "hil/dataflow.py": "one abstract machine; its parts share one state",
-    "hil/judge_legs.py": "the checks of one program, in the order in which they run",
-    "hil/judge_main.py": "likewise; to be divided by what they look at",
 }
 """Files over 300 lines, each with its reason."""
 

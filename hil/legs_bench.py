@@ -1,0 +1,75 @@
+"""A locomotion controller in bench mode: the words of PROTOCOL.md, and what the legs do then."""
+
+from cgagen.bench_protocol import LISTEN_MS, dump_request, parse_dump
+from cgagen.stamp.image import Image
+from hil.legs_line import walk
+from hil.legs_trial import LegsTrial, standing, wanted_frames
+from hil.trial import MS, answered, ignores, want
+
+
+def speaks(trial: LegsTrial, image: Image) -> None:
+    """All requests, right and wrong, walked and dumped; then it waits for GO again."""
+    answered(trial, "?Hab", "!Hab")
+    want(trial.holds, "handshake", "lets the step line go in bench mode")
+    for request, command in (("?M0a", 0), ("?M0a", None), ("?M0a", None), ("?M7b", 7)):
+        _bench_movement(trial, request, command)
+    for request in ("?M8b", "?M/x", "?Zab", "?D/0", "?D0p", "?D10", "?Qab"):
+        answered(trial, request, f"!E{request[2:]}")
+    _bench_movement(trial, "?M7b", None)
+    _bench_dump(trial, image)
+    _bench_movement(trial, "?M7b", None)
+    answered(trial, "?Hcd", "!Hcd")
+    _bench_movement(trial, "?M7b", 7)
+    answered(trial, "?C99", "!C99")
+    trial.rest = standing(trial.robot)
+    trial.go_on(100)
+    _bench_movement(trial, "?M7b", None)
+    began_ns = trial.now_ns
+    trial.go_on(100)
+    want(set(trial.frames(began_ns, "gait")) == {trial.rest}, "bench", "does not centre")
+    ignores(trial, "!C77")
+    want(not trial.step.level, "handshake", "lets the step line go in bench mode")
+    answered(trial, "?Xzz", "!Xzz")
+    want(trial.step.level == 1 or trial.wait("step 1", 100), "handshake", "keeps it after leaving")
+    trial.go_on(100)
+    trial.command(2)
+    trial.wait("pulse 6", 60)
+    walk(trial, 2)
+
+
+def late_hello(trial: LegsTrial) -> None:
+    """A hello is heard in every slice of the listening, the last that there has to be, too."""
+    began_ns = None
+    while began_ns is None or trial.now_ns - began_ns < (LISTEN_MS - 40) * MS:
+        want(trial.wait("byte 62", 1_500), "bench", "no prompt")
+        began_ns = began_ns or trial.now_ns
+    answered(trial, "?Hzz", "!Hzz")
+
+
+def _bench_movement(trial: LegsTrial, request: str, command: int | None) -> None:
+    answered(trial, request, f"!{request[1:]}")
+    began_ns = trial.now_ns
+    want(trial.wait("byte 62", 2_500), "bench", f"no prompt behind {request}")
+    seen = trial.frames(began_ns, "bench")
+    if command is None:
+        want(set(seen) <= {trial.rest}, "bench", f"{request} is walked twice")
+        return
+    frames = wanted_frames(trial.robot, command, trial.rest)
+    extra = len(seen) - len(frames)
+    want(1 <= extra <= 3, "bench", f"{request}: {len(seen)} frames")
+    at = 1
+    want(seen[:at] == [trial.rest], "bench", f"{request}: the first frame")
+    trial.rest = frames[-1]
+    want(seen[at:] == [*frames, *[trial.rest] * (extra - at)], "bench", f"{request}: pulses")
+
+
+def _bench_dump(trial: LegsTrial, image: Image) -> None:
+    for first, last in ((0, 63), (2016, 2047)):
+        request = dump_request(first, last)
+        said = trial.ask(request, limit_ms=3_000)
+        lines = [parse_dump(line) for line in said.split("\r")]
+        found = [line for line in lines if line]
+        want([line[0] for line in found] == list(range(first, last, 16)), "dump", "addresses")
+        data = b"".join(line[1] for line in found)
+        want(data == image.eeprom[first : last + 1], "dump", "bytes")
+        want(said.endswith(f"\r!{request[1:]}\r"), "dump", "no end")

@@ -229,7 +229,7 @@ class Chip(Named):
             instructions=self.instructions,
             settled=self._settled,
             fetched=self._step is not None,
-            recorded=self._under_way.recorded() if self._under_way is not None else None,
+            recorded=self._recorded(),
             answer=self._answer,
             waiting=self._waiting,
             booking=self._timer.state(),

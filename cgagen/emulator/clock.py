@@ -83,10 +83,6 @@ class Clock:
         timer.action()
         return True
 
-    def idle(self, span_ns: int) -> bool:
-        """Return whether `advance` could go so far now."""
-        return self.now_ns + span_ns <= self.limit_ns and self.next_ns() > self.now_ns + span_ns
-
     def advance(self, time_ns: int) -> bool:
         """Go to a time at once, from inside an action, where nobody has anything before it.
 

@@ -9,7 +9,7 @@ from cgagen.emulator.machine import Machine
 from cgagen.emulator.port import Jump, Result
 from cgagen.emulator.requests import Delay
 from cgagen.emulator.steps import Step
-from cgagen.emulator.underway import Recorded, UnderWay, before_of, repeated
+from cgagen.emulator.underway import Recorded, UnderWay, before_of
 
 
 class Engaged:
@@ -26,6 +26,8 @@ class Engaged:
         self._timer = Timer(self.clock, proceed)
         self._stop_listening: Callable[[], None] = _nothing
         self._under_way: UnderWay | None = None
+        self._pulsing: tuple[int, int] | None = None
+        """A PULSOUT without a generator: the pin that it has inverted, and its end's address."""
         self._waiting: Waiting | None = None
         self._answer: int | None = None
 
@@ -38,6 +40,14 @@ class Engaged:
         if self._under_way is not None:
             self._under_way.close()
             self._under_way = None
+        self._pulsing = None
+
+    def _recorded(self) -> Recorded | None:
+        """Return the instruction under way as a value."""
+        if self._pulsing is not None:
+            now, (pin, _) = before_of(self.machine), self._pulsing
+            return Recorded(now._replace(latch=now.latch ^ 1 << pin), (), (None,))
+        return self._under_way.recorded() if self._under_way is not None else None
 
     def _waited(self, waiting: Waiting) -> None:
         """The pin has the level that was waited for, or the time is over."""
@@ -57,15 +67,16 @@ class Engaged:
         """Meet the requests of an instruction as long as nobody else has to come first."""
         clock, send, answers = self.clock, under_way.generator.send, under_way.answers
         while clock.now_ns == self.local_ns or clock.advance(self.local_ns):
-            answers.append(self._answer)
+            answer = self._answer
+            answers.append(answer)
             try:
-                request = send(self._answer)
+                request = send(answer)
             except StopIteration as stop:
                 self._finish(under_way, stop.value)
                 return True
             if type(request) is Delay:
-                self._answer = request.ns
-                self.local_ns += request.ns
+                self._answer = ns = request.ns
+                self.local_ns += ns
             elif not self._met(*request):
                 return False
         self._timer.at(self.local_ns)
@@ -137,28 +148,24 @@ class Engaged:
         return True
 
     def _pulse(self, step: Step) -> bool:
-        """Carry out a plain PULSOUT at once; False, and nothing happens, where it is none.
-
-        Where nothing else happens while the pin is inverted, both edges are shown without a
-        generator in between.
-        """
-        machine, clock = self.machine, self.clock
+        """Begin a plain PULSOUT without a generator; False, and nothing happens, for others."""
+        machine = self.machine
         made, pins = step.arguments.of(machine), machine.pins
         pin = made["pin"] & LAST_PIN
         width_ns = made["duration"] * machine.timing.pulsout_ns
-        if not width_ns or not pins.directions >> pin & 1 or not clock.idle(width_ns):
+        if not width_ns or not pins.directions >> pin & 1:
             return False
         pins.invert(pin)
         self.local_ns += width_ns
         self._answer = width_ns
-        if clock.advance(self.local_ns):
-            pins.invert(pin)
-            machine.pc = step.instruction.end
-        else:  # somebody has answered the first edge: from here on by the generator
-            now = before_of(machine)
-            before = now._replace(latch=now.latch ^ 1 << pin)
-            self._under_way = repeated(machine, step, Recorded(before, (), (None,)))
+        self._pulsing = pin, step.instruction.end
         return True
+
+    def _end_pulse(self, pin: int, end: int) -> None:
+        """The clock stands at the end of a pulse."""
+        self._pulsing = None
+        self.machine.pins.invert(pin)
+        self.machine.pc = end
 
 
 def _nothing() -> None:

@@ -116,6 +116,11 @@ class Runner(Engaged):
         """Do the next thing; False when the chip has to wait for others, or for ever."""
         if self._under_way is not None:
             return self._carry_on(self._under_way)
+        if self._pulsing is not None:
+            if not self._reach():
+                return False
+            self._end_pulse(*self._pulsing)
+            return True
         if self._step is not None:
             if not self._reach():
                 return False

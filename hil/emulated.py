@@ -8,8 +8,6 @@ import tempfile
 from collections.abc import Sequence
 from itertools import count
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from cgagen.build.bench import bench_text
 from cgagen.emulator.bench import Bench, BenchState
@@ -30,6 +28,7 @@ from hil.target import (
     PINS,
     STATE,
     Identity,
+    InWith,
     Observation,
     Stimulus,
 )
@@ -56,7 +55,7 @@ def robot_bench(robot: Robot, images: dict[str, Image]) -> Bench:
         return show(parse_bench(bench_text(robot), "bench.toml", Path(folder)), images)
 
 
-class PinsTarget:
+class PinsTarget(InWith):
     """The emulated robot, with everything through its pins.
 
     Args:
@@ -94,18 +93,6 @@ class PinsTarget:
     def close(self) -> None:
         """Let the bench go."""
         self._ready = None
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def reset(self) -> None:
         """Switch it off and on."""

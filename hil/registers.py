@@ -6,8 +6,6 @@ through the pins, and it is not believed before it has agreed with them.
 
 from collections.abc import Callable, Sequence
 from itertools import count
-from types import TracebackType
-from typing import Self
 
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.routine import Routine
@@ -18,7 +16,7 @@ from cgagen.stamp.image import Image, Use
 from hil.emulated import DECISION_LIMIT_NS, PinsTarget
 from hil.layout import Place, layout_of, line_of_label
 from hil.subject import Subject
-from hil.target import IMAGE, LATENCY, REGISTERS, STATE, Identity, Observation, Stimulus
+from hil.target import IMAGE, LATENCY, REGISTERS, STATE, Identity, InWith, Observation, Stimulus
 
 CALIBRATION_COUNTS = (1_000, 1_100, 1_200, 1_300, 1_400, 1_500)
 """What the sonars see while it is found out where sensing leaves its counts. Choice: all differ."""
@@ -27,7 +25,7 @@ Compile = Callable[[str, str], Compiled]
 """Turns a source and its name into an image with its source map."""
 
 
-class RegisterTarget:
+class RegisterTarget(InWith):
     """The main controller's `Decide`, from a snapshot behind sensing.
 
     Args:
@@ -87,18 +85,6 @@ class RegisterTarget:
     def reset(self) -> None:
         """Begin anew."""
         self.open()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def load(self, image: Image, chip: str = "main") -> None:
         """Put another image into a chip, and begin anew."""

@@ -5,18 +5,16 @@ said on the wire is `cgagen.link.bench_hook`'s; here is who is asked, and what m
 """
 
 from itertools import count
-from types import TracebackType
-from typing import Self
 
 from cgagen.bench_protocol import Banner, reading_text
 from cgagen.errors import IdentityError, TargetTimeout
 from cgagen.link.bench_hook import BenchHook, banner_in
 from cgagen.stamp.image import Image
 from hil.subject import Subject
-from hil.target import IMAGE, STATE, Identity, Observation, Stimulus
+from hil.target import IMAGE, STATE, Identity, InWith, Observation, Stimulus
 
 
-class WiredChip:
+class WiredChip(InWith):
     """A controller on a port, with the subject's bytes in it.
 
     Args:
@@ -59,18 +57,6 @@ class WiredChip:
     def close(self) -> None:
         """Close the port; the chip stays in bench mode, so that it does not walk away."""
         self.hook.close()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def reset(self) -> None:
         """Pulse ATN by DTR, look who greets, and say hello again.

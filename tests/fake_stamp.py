@@ -6,6 +6,7 @@ fault can be laid on any of them.
 """
 
 import errno
+import random
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -155,6 +156,7 @@ class FakePort:
         *,
         echoes: int = 1,
         timeout: float = 0.05,
+        noise_every_s: float = 0.0,
     ) -> None:
         self.chip = chip
         self.clock = clock
@@ -163,8 +165,10 @@ class FakePort:
         self.unplugged = False
         self.timeout = timeout
         self.sent = bytearray()
-        self.garbage: Callable[[], int] | None = None
         self._echoes = echoes
+        self._noise_every_s = noise_every_s
+        self._noise_s = clock.now_s()
+        self._chance = random.Random(5)
         self._arriving: list[tuple[float, int]] = []
         self._line_free_s = clock.now_s()
         self._atn_s = 0.0
@@ -212,6 +216,7 @@ class FakePort:
     @property
     def in_waiting(self) -> int:
         self._plugged()
+        self._babble(self.clock.now_s())
         return sum(1 for at_s, _ in self._arriving if at_s <= self.clock.now_s())
 
     def write(self, data: bytes) -> int:
@@ -232,6 +237,7 @@ class FakePort:
     def read(self, size: int = 1) -> bytes:
         self._plugged()
         deadline_s = self.clock.now_s() + self.timeout
+        self._babble(deadline_s)
         found = bytearray()
         while len(found) < size:
             if not self._arriving or self._arriving[0][0] > deadline_s:
@@ -256,6 +262,13 @@ class FakePort:
     def _plugged(self) -> None:
         if self.unplugged:
             raise serial.SerialException(errno.EIO, "device disconnected")
+
+    def _babble(self, until_s: float) -> None:
+        """Somebody else talks on the line."""
+        while self._noise_every_s and self._noise_s + self._noise_every_s <= until_s:
+            self._noise_s += self._noise_every_s
+            self._arriving.append((self._noise_s, self._chance.randrange(256)))
+            self._arriving.sort(key=lambda one: one[0])
 
     def _schedule(self, at_s: float, answers: list[tuple[float, int]]) -> None:
         for delay_s, byte in answers:

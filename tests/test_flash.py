@@ -171,6 +171,21 @@ def test_a_stamp_that_talks_through_its_reset() -> None:
     assert symptom_of(Babble(FakeChip("BS2"), SimClock())) is Symptom.TALKING
 
 
+@pytest.mark.parametrize("every_s", [0.004, 0.011, 0.03, 0.1])
+@pytest.mark.parametrize("name", ["BS2", "BS2p24"])
+def test_somebody_else_talks_on_the_line(name: str, every_s: float) -> None:
+    """Slow chatter may let a download through; a false success it may not make."""
+    stamp, clock = FakeChip(name), SimClock()
+    result = attempt(
+        FakePort(stamp, clock, noise_every_s=every_s, timeout=0.005), image_of(of(name))
+    )
+    assert not isinstance(result, FlashReport) or holds(stamp, image_of(of(name)))
+    assert isinstance(result, FlashReport | RigError | FlashError)
+    if every_s < 0.02:
+        assert "goes on talking through a reset" in str(result)
+    assert isinstance(attempt(FakePort(stamp, clock), image_of(of(name))), FlashReport)
+
+
 @pytest.mark.parametrize("every", [1, 2, 3])
 def test_garbage_on_the_line(every: int) -> None:
     port = FakePort(FakeChip("BS2"), SimClock(), (Fault(Kind.FLIPPED, 0, every),))

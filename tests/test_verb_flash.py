@@ -1,7 +1,11 @@
 """`cgagen flash` and `cgagen ports`, against emulated Stamps behind real sockets."""
 
 import json
+import os
+import pty
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -178,6 +182,27 @@ def test_a_port_that_is_taken_by_another_session() -> None:
         ):
             identify_port(server.url)
         assert identify_port(server.url).name == "BS2"
+
+
+def test_a_port_that_another_program_reads() -> None:
+    """It has not locked it, and would eat half of the answers."""
+    master, slave = pty.openpty()
+    name = os.ttyname(slave)
+    code = "import sys; file = open(sys.argv[1]); print('open', flush=True); sys.stdin.read()"
+    other = subprocess.Popen(
+        [sys.executable, "-c", code, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    try:
+        assert other.stdout is not None
+        assert other.stdout.readline() == b"open\n"
+        with pytest.raises(RigError, match=rf"another program has it open .*process {other.pid}"):
+            identify_port(name)
+    finally:
+        other.communicate()
+    with pytest.raises(RigError, match="has no DTR or no BREAK"):
+        identify_port(name)
+    os.close(master)
+    os.close(slave)
 
 
 def test_a_server_that_goes_away_in_the_middle() -> None:

@@ -1,5 +1,6 @@
 """From an image to a chip, over a port by its name: the whole way, lock to report."""
 
+import errno
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from cgagen.flash.requests import Progress, Restart, TroubleError
 from cgagen.flash.verify import read_back, refuse_mute
 from cgagen.link.port import PortLock, close_port, open_port
 from cgagen.link.steered import SIGN, split_control
+from cgagen.link.why import busy, holders
 from cgagen.stamp.chips import Chip
 from cgagen.stamp.image import Image
 
@@ -164,6 +166,7 @@ def opened(port_name: str, clock: Clock | None = None) -> Iterator[Line]:
                 f"{port_name}: carries neither BREAK nor DTR, so nothing can be reset for a "
                 f"download; use rfc2217://, which does, or say {SIGN}HOST:PORT behind it"
             )
+        _refuse_shared(port_name, base)
         port = open_port(port_name)
         remote = "://" in base or bool(control)
         try:
@@ -178,7 +181,23 @@ def _error(state: State) -> type[CgagenError]:
     return FlashError if state.begun else RigError
 
 
+def _refuse_shared(port_name: str, device: str) -> None:
+    """Refuse a port that somebody else has open and does not lock: both would lose bytes.
+
+    Raises:
+        RigError: who it is.
+    """
+    others = holders(device)
+    if others:
+        raise RigError(f"{port_name}: {busy(others)}")
+
+
 def _lost(port_name: str, state: State, error: BaseException) -> CgagenError:
+    if getattr(error, "errno", None) in (errno.ENOTTY, errno.EINVAL) and not state.begun:
+        return RigError(
+            f"{port_name}: has no DTR or no BREAK ({error}), so no Stamp can be reset for a "
+            f"download; use an adapter that has both, or say {SIGN}HOST:PORT behind it"
+        )
     if state.complete:
         return FlashError(UNSTARTED.format(port=port_name, error=error))
     if state.begun:

@@ -26,11 +26,12 @@ from cgagen.genome import from_commands
 from cgagen.robot import Robot, load_arena, load_robot
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
-from hil.emulated import robot_bench
+from hil.emulated import PinsTarget, robot_bench
 from hil.registers import RegisterTarget
-from hil.stimuli import sample
+from hil.stimuli import Level, sample
 from hil.subject import Subject, subject_of
 from hil.target import Stimulus
+from hil.verify import pin_readings
 from sim.model import World, with_distance, words_of
 from sim.numbers import Options
 from sim.scalar import play_scalar
@@ -161,6 +162,7 @@ def _chips() -> Iterator[Row]:
             instructions = _classifier_rate(robot, subject, target, readings)
     yield Row("decisions from a snapshot", decisions, "/s", "20,000")
     yield Row("PBASIC instructions of the classifier", instructions, "M/s", "1.5")
+    yield Row("a decision through all pins", _through_pins(subject), "x the robot's", "50")
     bench = robot_bench(robot, subject.images)
     bench.run(2_000_000_000)
     whole = _best_rate(2, lambda: _run_on(bench, 2), time.thread_time)
@@ -169,6 +171,23 @@ def _chips() -> Iterator[Row]:
     alone.run(2_000_000_000)
     hunts = _best_rate(10, lambda: _run_on(alone, 10), time.thread_time)
     yield Row("an emulated BS2p24 that hunts", hunts, "x real", "100")
+
+
+def _through_pins(subject: Subject) -> float:
+    """Return how much faster than the robot a decision comes, with everything through its pins.
+
+    The robot's time is that of the decision alone: from the trigger of the first sonar to GO, when
+    the command is on its wires, for the readings that `pytest hil/` puts in front of the sensors.
+    Against it stands all that `PinsTarget.decide` takes: going back to the moment before the
+    first look, setting the sensors, both chips with all parts, and the line of telemetry, for
+    which both run on for 150 ms of the robot's time after GO; these are not counted for it.
+    """
+    with PinsTarget(subject) as target:
+        readings = pin_readings(subject, Level.SMOKE)
+        robot_s = sum(target.decide(one).latency_ns or 0 for one in readings) / 1e9
+        return _best_rate(
+            robot_s, lambda: [target.decide(one) for one in readings], time.thread_time
+        )
 
 
 def _classifier_rate(

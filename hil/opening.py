@@ -35,10 +35,7 @@ def open_target(url: str, subject: Subject, flash: str = NEVER, reruns: int = 0)
             if flash == NEVER or not url.startswith(SERIAL):
                 raise
             load_main(url, subject)
-            flash = NEVER
-            target = make_target(url, subject)
-            target.open()
-            return target
+            return open_target(url, subject, NEVER, left)
         except TargetTimeout:
             target.close()
             raise

@@ -218,6 +218,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         output[WORKER] = own.hand_over()
     else:
         session.config.stash[_LINES] += own.finish()
+        if own.failed:
+            session.exitstatus = pytest.ExitCode.USAGE_ERROR
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:

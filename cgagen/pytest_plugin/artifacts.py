@@ -115,7 +115,8 @@ class TestFiles:
                 path.unlink(missing_ok=True)
         if failure and self._folder is not None:
             again = self._item.config.stash[SESSION].again(self._item.nodeid)
-            text = failure if again in failure else f"{failure.rstrip()}\nagain: {again}"
+            failure = re.sub(r" at 0x[0-9a-f]+", "", failure.rstrip())  # another in every run
+            text = failure if again in failure else f"{failure}\nagain: {again}"
             self._write_failure(self._made(self._folder), text)
         folder = self._folder
         if folder is not None and folder.is_dir() and not failure and not any(folder.iterdir()):

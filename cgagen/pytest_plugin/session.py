@@ -46,12 +46,14 @@ class HilSession:
         config: see there.
         outcomes: of tests of firmware, by name: passed, failed, skipped or BLOCKED.
         requirements: names of tests, by the id of the requirement.
+        failed: what was asked for could not be written.
     """
 
     def __init__(self, config: pytest.Config) -> None:
         self.config = config
         self.outcomes: dict[str, str] = {}
         self.requirements: dict[str, list[str]] = {}
+        self.failed = False
         self._asked: HilConfig | None = None
         self._evidence: dict[str, Evidence] = {}
         self._handed: list[dict[str, Any]] = []
@@ -76,7 +78,22 @@ class HilSession:
             self._counted = benches.Counted()
             self._stack.enter_context(benches.looking(self._counted))
             if self.asked.reports:
-                load("hil.report").check_names(self.asked.reports)
+                self._check_files()
+
+    def _check_files(self) -> None:
+        """Refuse what could not be read or written at the end, before the tests.
+
+        Raises:
+            pytest.UsageError: a sentence that says what and where.
+        """
+        report = load("hil.report")
+        try:
+            report.check_names(self.asked.reports)
+            for path in self.asked.kills:
+                report.read_kills(path)
+            load("hil.requirements").read_requirements(self.asked.requirements)
+        except load("cgagen.errors").CgagenError as error:
+            raise pytest.UsageError(str(error)) from error
 
     def evidence(self, subject: "Subject") -> "Evidence":
         """Return what is known of a firmware."""
@@ -118,11 +135,14 @@ class HilSession:
             return []
         robots = self._robots()
         lines = [line for robot in robots for line in self._told(robot)]
-        if self.asked.coverage is not None:
-            lines += load("hil.coverage_files").write_coverage(self.asked.coverage, robots)
-        if self.asked.reports:
-            files = self._write_reports(robots)
-            lines += [f"report: {file}" for file in files]
+        try:
+            if self.asked.coverage is not None:
+                lines += load("hil.coverage_files").write_coverage(self.asked.coverage, robots)
+            if self.asked.reports:
+                lines += [f"report: {file}" for file in self._write_reports(robots)]
+        except load("cgagen.errors").CgagenError as error:
+            self.failed = True
+            lines.append(f"not written: {error}")
         return lines
 
     def again(self, nodeid: str = "") -> str:

@@ -1,0 +1,103 @@
+"""Targets opened: loaded where they hold another program, tried again where the bench is sick."""
+
+from pathlib import Path
+
+import pytest
+
+import cgagen.flash
+from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.stamp.image import Image
+from hil import opening
+from hil.opening import open_target
+from hil.subject import Subject, read_subject
+
+URL = "serial:/dev/somewhere"
+
+
+class Bench:
+    """A port, what was done to it, and the errors of the next openings."""
+
+    def __init__(self, *errors: Exception) -> None:
+        self.errors = list(errors)
+        self.done: list[str] = []
+
+    def make(self, url: str, _subject: Subject) -> "Bench":
+        self.done.append(f"make {url}")
+        return self
+
+    def open(self) -> None:
+        self.done.append("open")
+        if self.errors:
+            raise self.errors.pop(0)
+
+    def close(self) -> None:
+        self.done.append("close")
+
+    def flash(self, port: str, image: Image) -> None:
+        self.done.append(f"flash {port} {image.digest[:8]}")
+
+    @property
+    def flashes(self) -> int:
+        return sum(one.startswith("flash") for one in self.done)
+
+
+@pytest.fixture(scope="module")
+def subject() -> Subject:
+    return read_subject(Path(__file__).parent.parent / "firmware" / "prey")
+
+
+def opened(
+    monkeypatch: pytest.MonkeyPatch, subject: Subject, bench: Bench, url: str, *words: object
+) -> object:
+    monkeypatch.setattr(opening, "make_target", bench.make)
+    monkeypatch.setattr(cgagen.flash, "flash_image", bench.flash)
+    return open_target(url, subject, *words)  # type: ignore[arg-type]
+
+
+def test_another_program_is_loaded_over_once(
+    monkeypatch: pytest.MonkeyPatch, subject: Subject
+) -> None:
+    bench = Bench(IdentityError("another image"))
+    assert opened(monkeypatch, subject, bench, URL, "auto") is bench
+    assert bench.flashes == 1
+    assert f"flash /dev/somewhere {subject.images['main'].digest[:8]}" in bench.done
+    assert bench.done[-1] == "open"
+    stubborn = Bench(IdentityError("first"), IdentityError("again"))
+    with pytest.raises(IdentityError, match="again"):
+        opened(monkeypatch, subject, stubborn, URL, "auto", 5)
+    assert stubborn.flashes == 1
+    assert stubborn.done[-1] == "close"
+
+
+def test_a_chip_is_left_alone_or_loaded_in_any_case(
+    monkeypatch: pytest.MonkeyPatch, subject: Subject
+) -> None:
+    bench = Bench(IdentityError("another image"))
+    with pytest.raises(IdentityError):
+        opened(monkeypatch, subject, bench, URL, "never", 3)
+    assert bench.flashes == 0
+    right = Bench()
+    opened(monkeypatch, subject, right, URL, "always")
+    assert right.done[0].startswith("flash")
+    same = Bench()
+    opened(monkeypatch, subject, same, URL, "auto")
+    assert same.flashes == 0
+    for url in ("emulator", "can:virtual:bench"):
+        other = Bench(IdentityError("another image"))
+        with pytest.raises(IdentityError):
+            opened(monkeypatch, subject, other, url, "auto")
+        assert other.flashes == 0
+
+
+def test_a_sick_bench_is_tried_again_and_a_hanging_program_is_not(
+    monkeypatch: pytest.MonkeyPatch, subject: Subject
+) -> None:
+    bench = Bench(RigError("loose"), RigError("loose"))
+    assert opened(monkeypatch, subject, bench, URL, "never", 2) is bench
+    assert bench.done.count("open") == 3
+    with pytest.raises(RigError, match="loose"):
+        opened(monkeypatch, subject, Bench(RigError("loose")), URL)
+    hangs = Bench(TargetTimeout("hangs"))
+    with pytest.raises(TargetTimeout):
+        opened(monkeypatch, subject, hangs, URL, "never", 4)
+    assert hangs.done.count("open") == 1

@@ -38,6 +38,7 @@ from hil.messages import (
 )
 from hil.rig import RigOnBus, SlcanPort
 from hil.rig_protocol import Rig
+from hil.rig_url import rig_url
 from hil.simulated import states_of
 from hil.stimuli import (
     Level,
@@ -226,6 +227,13 @@ def test_a_configuration_of_others_does_not_leak_in(monkeypatch: pytest.MonkeyPa
         assert one.decide(nothing(PREDATOR)).command in range(8)
 
 
+def test_an_adapter_on_a_port_shares_the_port_s_lock() -> None:
+    """A Stamp's cable and a CAN adapter cannot be the same device; virtual buses are a process's."""
+    assert rig_url("can:slcan:/dev/ttyACM0@115200?guard=1").lock_name == "/dev/ttyACM0"
+    assert rig_url("can:socketcan:can0").lock_name == "can://socketcan/can0"
+    assert rig_url("can:virtual:x").lock_name == f"can://virtual/{os.getpid()}/x"
+
+
 def test_a_channel_has_one_session_at_a_time() -> None:
     with spoilt(lambda one: [one]) as bus, target(bus) as first:
         with pytest.raises(RigError, match="another session of cgagen has this port"):
@@ -394,6 +402,14 @@ def test_another_nonce_is_not_ours() -> None:
         target(bus).open()
 
 
+@pytest.mark.usefixtures("hasty")
+def test_a_rig_that_lives_and_does_not_greet_is_no_hanging_program() -> None:
+    with spoilt(losing(RIG_IDENTITY.id, -1)) as bus:
+        trial = try_target(subject(PREDATOR), lambda: target(bus), readings())
+    assert trial.verdict is Verdict.BLOCKED
+    assert "does not say hello, though the rig lives; restart it" in trial.reason
+
+
 def spoilt_identity(**changes: int) -> Spoiled:
     def change(one: Frame) -> list[Frame]:
         if one.id != RIG_IDENTITY.id:
@@ -557,8 +573,9 @@ def test_a_command_that_is_never_done_is_blocked(monkeypatch: pytest.MonkeyPatch
         return [] if one.id == RIG_CMD.id and one.data[0] == Op.RESET else [one]
 
     with hearing(undone) as bus, target(bus) as one:
-        with pytest.raises(RigError, match="RESET is not done in"):
+        with pytest.raises(RigError, match="RESET is not done in") as caught:
             one.reset()
+    assert not isinstance(caught.value, TargetTimeout)
 
 
 # -- An adapter that goes -------------------------------------------------------------------------

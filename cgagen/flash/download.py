@@ -142,9 +142,7 @@ def _start() -> Conversation[bool]:
     sign_off = bytes((SIGN_OFF,))
     for _ in range(SIGN_OFFS):
         heard = yield Say(sign_off, 0, REPLY_MS)
-        if heard.before or heard.after not in (b"", sign_off):
-            return True
-        if (yield Hear(START_MS)).after:
+        if heard.before or (yield Hear(START_MS)).after:
             return True
         if heard.after:
             yield Restart()

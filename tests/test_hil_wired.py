@@ -8,6 +8,7 @@ import pytest
 from cgagen.emulator.bench import Bench
 from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.link import bench_hook, prompted
+from cgagen.link.bench_hook import BenchHook
 from cgagen.stamp.image import Image
 from hil.emulated import robot_bench
 from hil.equivalence import Verdict, compare
@@ -60,6 +61,18 @@ class Dying(BytePipe):
         return b"" if self.silent else data
 
 
+class Swallowing(BytePipe):
+    """Loses the answer to a request to leave, as often as is wanted."""
+
+    left = 1
+
+    def outgoing(self, data: bytes) -> bytes:
+        if self.left and b"!X" in data:
+            self.left -= 1
+            return data.replace(b"!X", b"")
+        return data
+
+
 @pytest.mark.parametrize(("role", "kind"), [("predator", "socket"), ("prey", "pty")])
 def test_the_bench_hook_decides_as_the_simulator_does(role: str, kind: str) -> None:
     one = subject(role)
@@ -81,6 +94,24 @@ def test_stale_answers_on_the_wire_are_discarded_and_counted() -> None:
         trial = try_target(one, lambda: WiredTarget(pipe.url, one, gaps=False), readings)
     assert (trial.verdict, trial.decisions) == (Verdict.PASS, 5)
     assert trial.stale == 4
+
+
+@pytest.mark.parametrize("kind", [BytePipe, Swallowing])
+def test_a_robot_that_is_left_hunts_again(
+    kind: type[BytePipe], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its answer may be lost: it has left if it does not listen any more."""
+    one = subject("prey")
+    with kind(bench(one)) as pipe:
+        hook = BenchHook(pipe.url, gaps=False)
+        with hook:
+            hook.hello()
+            hook.leave()
+            monkeypatch.setattr(bench_hook, "HELLO_S", 0.5)
+            with pytest.raises(RigError, match="no prompt came"):
+                hook.hello()
+        assert hook.unheard == (kind is Swallowing)
+    assert pipe.failure is None
 
 
 def test_a_chip_with_other_bytes_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:

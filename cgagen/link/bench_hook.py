@@ -54,6 +54,9 @@ ANSWER_S = 10.0
 WALK_S = 20.0
 """How long a movement may take until the legs stand. Choice: ten times a shipped robot's."""
 
+GONE_S = 1.0
+"""A chip that was told to leave and has not prompted for so long has left. Choice."""
+
 DUMP_S = 60.0
 """The whole EEPROM takes 26 s from a BS2."""
 
@@ -122,8 +125,22 @@ class BenchHook(PromptedPort):
         self.give_up("does not say hello")
 
     def leave(self) -> None:
-        """Let the robot go its own way again: it hunts, flees, or waits for GO."""
-        self._order(Letter.LEAVE, *self._sign())
+        """Let the robot go its own way again: it hunts, flees, or waits for GO.
+
+        Raises:
+            RigError: nobody listens, or it stays in bench mode.
+        """
+        request = request_text(Letter.LEAVE, *self._sign())
+        deadline = time.monotonic() + ANSWER_S
+        self.speak(request, deadline)
+        while time.monotonic() < deadline:
+            if any(f"{ANSWER}{request[1:]}" in line for line in self.lines(_soon(deadline))):
+                return
+            self.unheard += 1
+            if not self.await_prompt(_soon(deadline)):
+                return  # it does not listen any more: it has gone, and its answer was lost
+            self.write(request, 0)
+        self.give_up(f"no answer to {request} in {ANSWER_S:g} s")
 
     def question(self, readings: str) -> Answer:
         """Ask a main controller what it makes of these readings.
@@ -235,3 +252,7 @@ class BenchHook(PromptedPort):
                     )
             self.unheard += 1
         self.give_up(f"no answer to {request} in {ANSWER_S:g} s")
+
+
+def _soon(deadline: float) -> float:
+    return min(deadline, time.monotonic() + GONE_S)

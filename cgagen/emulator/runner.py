@@ -164,18 +164,24 @@ class Runner(Engaged):
 
         Nobody else has a say meanwhile; ends with an instruction of another kind.
         """
-        machine = self.machine
+        machine, clock = self.machine, self.clock
         program = self._programs[machine.slot]
-        while self.local_ns < self._slice_ns:
+        while True:
+            if self.local_ns >= self._slice_ns:
+                if clock.now_ns != self.local_ns:
+                    break
+                self._set_limits()
+                if self.local_ns >= self._slice_ns:
+                    break
             if program.blocks.get(machine.pc, _UNTRIED) is not None:
                 self._sprint(compile_after)
                 if self.local_ns >= self._slice_ns:
-                    break
+                    continue
             step = program.steps.get(machine.pc) or self._step_at(machine.pc)
             if not step.pulse:
                 return self._single(step)
             self.local_ns += step.ns
-            if not self._reach():
+            if not clock.advance(self.local_ns) and not self._reach():
                 self._step = step
                 return False
             if not self._pulse_unseen(step):

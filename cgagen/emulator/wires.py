@@ -122,7 +122,10 @@ class Wire:
             for wire in net.ends:
                 wire.level = new
             for wire in net.heard:
-                wire._tell(new)
+                for listener in wire._listeners:  # as `_tell`, without a call
+                    if wire.level != new:
+                        break
+                    listener(new)
 
     def takers(self, driver: str) -> tuple[Taker, ...] | None:
         """Return whom to tell of a whole pulse of a driver, instead of raising and lowering.

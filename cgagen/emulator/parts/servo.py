@@ -146,7 +146,12 @@ class Servo(Part):
             self._odd += 1
             return
         if self._before_ns is not None and self._taken:
-            self._count(began_ns - self._before_ns)
+            period_ns = began_ns - self._before_ns
+            if not self._shortest_period_ns <= period_ns <= self._longest_period_ns:
+                self._shortest_period_ns = min(self._shortest_period_ns, period_ns)
+                self._longest_period_ns = max(self._longest_period_ns, period_ns)
+            if now_ns > self._held_until_ns:
+                self._limp += 1
         self._before_ns = began_ns
         if self._from_deg != self._target_deg:
             self._from_deg = self.angle_deg
@@ -159,9 +164,3 @@ class Servo(Part):
             self._target_deg = (kept_ns - self._centre_ns) / self._ns_per_deg
         self._taken += 1
         self._held_until_ns = now_ns + LIMP_NS
-
-    def _count(self, period_ns: int) -> None:
-        self._shortest_period_ns = min(self._shortest_period_ns, period_ns)
-        self._longest_period_ns = max(self._longest_period_ns, period_ns)
-        if self.clock.now_ns > self._held_until_ns:
-            self._limp += 1

@@ -136,8 +136,13 @@ class CanSession:
             )
         self._give_up("does not say hello")
 
-    def command(self, op: Op, argument: int = 0) -> list[Came]:
+    def command(self, op: Op, argument: int = 0, wait_s: float | None = None) -> list[Came]:
         """Have a command done; returns what came meanwhile.
+
+        Args:
+            op: which.
+            argument: of it.
+            wait_s: how long it may take; None for `ANSWER_S`.
 
         Raises:
             RigError: it is refused, or not done in time.
@@ -145,7 +150,8 @@ class CanSession:
         seq = next(self._numbers) % SEQUENCES
         self.line.send((frame(RIG_CMD, OP=op, SEQ=seq, ARG=argument),))
         found: list[Came] = []
-        deadline_s = time.monotonic() + ANSWER_S
+        wait_s = ANSWER_S if wait_s is None else wait_s
+        deadline_s = time.monotonic() + wait_s
         while time.monotonic() < deadline_s:
             came = self._next()
             if came is None:
@@ -156,7 +162,7 @@ class CanSession:
                     raise self._refused(came.values["ERROR"], op.name)
                 if came.values["STATE"] != State.RUNNING:
                     return found
-        self._give_up(f"{op.name} is not done in {ANSWER_S:g} s")
+        self._give_up(f"{op.name} is not done in {wait_s:g} s")
 
     def number(self) -> int:
         """Return the number of the next question."""

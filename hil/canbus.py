@@ -10,13 +10,16 @@ from itertools import pairwise
 from cgagen.bench_protocol import Banner, banner_in
 from cgagen.errors import IdentityError, RigError
 from cgagen.link.port import PortLock
-from hil.can_session import CanSession, Rig
+from hil.can_session import ANSWER_S, CanSession, Rig
 from hil.frames import Units, decision_of, frames_of
 from hil.guard import beside, is_clear
 from hil.messages import OBS_SERVOS, SEQUENCES, TICK_NS, Fault, Op
 from hil.rig_url import rig_url
 from hil.subject import Subject
-from hil.target import LATENCY, PINS, STATE, Identity, Observation, Stimulus
+from hil.target import LATENCY, PINS, POWER, SERVOS, STATE, Identity, Observation, Stimulus
+
+SERVO_FRAME_S = 0.06
+"""How long one servo frame may take; servos go limp after 50 ms. Choice."""
 
 ASK_AGAIN = 3
 """How often a question is asked of which frames were lost. Choice."""
@@ -172,7 +175,8 @@ class CanTarget:
         if not self._known().values["SEES_SERVOS"]:
             raise RigError(f"{self.url}: this rig does not see the servos")
         rows: dict[int, dict[int, dict[str, int]]] = {}
-        for came in self._session.command(Op.SERVOS, frames):
+        wait_s = ANSWER_S + frames * SERVO_FRAME_S
+        for came in self._session.command(Op.SERVOS, frames, wait_s):
             if came.message in OBS_SERVOS:
                 row = rows.setdefault(came.values["FRAME"], {})
                 row[came.message.id] = came.values
@@ -200,8 +204,12 @@ class CanTarget:
         wanted = self._wanted()
         if not seen["HEARS"]:
             rig = rig._replace(banner=(0, 0))
-        elif robot.telemetry:
-            self.caps |= {STATE}
+        can_show = {
+            STATE: seen["HEARS"] and robot.telemetry,
+            POWER: seen["SWITCHES_POWER"],
+            SERVOS: seen["SEES_SERVOS"],
+        }
+        self.caps |= {word for word, able in can_show.items() if able}
         known = (int(wanted.genome, 16), int(wanted.source, 16)) if wanted else (0, 0)
         if rig.banner not in ((0, 0), known):
             raise IdentityError(

@@ -5,7 +5,7 @@ from decimal import Decimal
 from enum import IntEnum
 from pathlib import Path
 
-from hil.messages import FRAME_BYTES, HOST, MESSAGES, RIG, TICK_NS, Message, Signal
+from hil.messages import FRAME_BYTES, HOST, MESSAGES, RIG, TICK_NS, VERSION, Message, Signal
 
 DBC_FILE = Path(__file__).parent / "rig.dbc"
 """The file as it is shipped; `python -m hil.dbc > hil/rig.dbc` renders it anew."""
@@ -13,7 +13,7 @@ DBC_FILE = Path(__file__).parent / "rig.dbc"
 
 def dbc_text() -> str:
     """Return the table as a DBC file: the same table, the same text."""
-    blocks = [['VERSION "cgagen-rig-1"'], ["NS_ :"], ["BS_:"], [f"BU_: {HOST} {RIG}"]]
+    blocks = [[f'VERSION "cgagen-rig-{VERSION}"'], ["NS_ :"], ["BS_:"], [f"BU_: {HOST} {RIG}"]]
     for message in MESSAGES:
         other = RIG if message.sender == HOST else HOST
         head = f"BO_ {message.id} {message.name}: {FRAME_BYTES} {message.sender}"

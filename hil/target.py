@@ -8,16 +8,19 @@ from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Protocol, Self
 
-STATE, COUNTS, LATENCY, PINS, REGISTERS, IMAGE = (
+STATE, COUNTS, LATENCY, PINS, REGISTERS, IMAGE, POWER, SERVOS = (
     "state",
     "counts",
     "latency",
     "pins",
     "registers",
     "image",
+    "power",
+    "servos",
 )
 """What a target may be able to do besides giving a command: show its state (Table II), show what
-it has measured, time a decision, sense through its pins, take its registers, show its EEPROM."""
+it has measured, time a decision, sense through its pins, take its registers, show its EEPROM,
+switch the supply, show the servos' pulses."""
 
 
 @dataclass(frozen=True, slots=True, order=True)

@@ -50,7 +50,7 @@ from hil.stimuli import (
     thresholds,
     with_values,
 )
-from hil.target import LATENCY, PINS, STATE, Stimulus
+from hil.target import LATENCY, PINS, POWER, SERVOS, STATE, Stimulus
 from hil.targets import make_target
 from hil.verify import try_target
 from tests.rig_cases import (
@@ -118,7 +118,7 @@ def test_a_target_says_what_it_can_and_cannot_show() -> None:
         assert seen.images == {}
         assert len(seen.nonce) == 8
         assert one.exact_image is False
-        assert one.caps == {STATE, PINS, LATENCY}
+        assert one.caps == {STATE, PINS, LATENCY, POWER, SERVOS}
         assert "sees no EEPROM; by its own banner the program is of genome" in one.note
         answer = one.decide(nothing(PREDATOR))
         trial = compare(subject(PREDATOR), one, readings(2))
@@ -489,6 +489,7 @@ NO_EAR = {"HEARS": 0}
 
 def test_what_a_rig_cannot_do_is_a_sentence() -> None:
     with spoilt_identity(SWITCHES_POWER=0, SEES_SERVOS=0) as bus, target(bus) as one:
+        assert one.caps == {STATE, PINS, LATENCY}
         with pytest.raises(RigError, match="cannot switch the supply"):
             one.power(False)
         with pytest.raises(RigError, match="does not see the servos"):

@@ -104,6 +104,36 @@ def test_after_a_listener_has_answered_the_rest_hear_the_newest_level() -> None:
     assert heard == [0]
 
 
+def test_a_whole_pulse_is_for_those_alone_who_need_no_edges() -> None:
+    wire, end, pulses = Wire("w", pull=0), Wire("e"), list[int]()
+    wire.join(end)
+    assert wire.takers("a") is None, "nobody drives it"
+    wire.drive("a", 0)
+    assert wire.takers("a") == ()
+    stop = end.listen(lambda level: None, pulses.append)
+    assert wire.takers("a") == (pulses.append,)
+    wire.listen(lambda level: None)()
+    hears_edges = wire.listen(lambda level: None)
+    assert wire.takers("a") is None
+    hears_edges()
+    end.drive("b", 0, Strength.RESISTOR)
+    assert wire.takers("a") == (pulses.append,)
+    assert wire.takers("b") is None, "no output"
+    end.drive("b", 0)
+    assert wire.takers("a") is None, "a pulse would be a short circuit"
+    end.drive("b", None)
+    wire.drive("a", 1)
+    assert wire.takers("a") is None, "it is high already"
+    wire.drive("a", 0)
+    stop()
+    assert wire.takers("a") == ()
+    end.force(0)
+    assert wire.takers("a") is None, "its level does not follow"
+    end.force(None)
+    wire.watch(lambda: None)
+    assert wire.takers("a") is None, "somebody watches"
+
+
 def test_forcing_one_end_leaves_the_others_alone() -> None:
     wire, end = Wire("w", pull=1), Wire("e")
     wire.join(end)

@@ -202,7 +202,8 @@ class Bench:
     def run_until(self, condition: Callable[[], bool], limit_ns: int) -> bool:
         """Go on until something is the case, asked after everything that happens.
 
-        This is exact and slow: chips take single steps. `Chip.run_until` is faster.
+        This is exact, and slower than `run`: chips move no clock by themselves meanwhile.
+        `Chip.run_until` looks between the instructions of one chip.
 
         Args:
             condition: asked before, and after everything that is booked.

@@ -158,6 +158,8 @@ class Wire:
         def stop() -> None:
             left = list(self._listeners)
             left.remove(listener)
+            if listener not in left:
+                self._takers.pop(listener, None)
             self._listeners = tuple(left)
             self._net.changed()
 

@@ -1,6 +1,6 @@
 """A target, made and open: loaded where it holds another program, asked again where it is sick."""
 
-from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.errors import CgagenError, IdentityError, RigError, TargetTimeout
 from hil.subject import Subject
 from hil.target import Target
 from hil.targets import make_target
@@ -15,35 +15,53 @@ def open_target(url: str, subject: Subject, flash: str = NEVER, reruns: int = 0)
     Args:
         url: see `make_target`.
         subject: what it is to hold.
-        flash: for a chip on a port: `auto` loads it where it holds another image, `always` in
-            any case, `never` leaves it alone. What is emulated is given its image anyway.
+        flash: for a chip on a port: `auto` loads it where it holds another image or none,
+            `always` in any case, `never` leaves it alone. What is emulated is given its image
+            anyway.
         reruns: how often a sick bench is tried again.
 
     Raises:
         RigError: the target is sick, or cannot be loaded.
         CgagenError: see `cgagen.flash.flash_image`.
     """
-    if flash == ALWAYS and url.startswith(SERIAL):
+    serial = url.startswith(SERIAL)
+    if flash == ALWAYS and serial:
         load_main(url, subject)
+    try:
+        return _opened(url, subject, reruns)
+    except TargetTimeout:
+        raise
+    except RigError as error:
+        if flash != AUTO or not serial:
+            raise
+        if not isinstance(error, IdentityError) and not _loaded(url, subject):
+            raise
+        if isinstance(error, IdentityError):
+            load_main(url, subject)
+    return _opened(url, subject, reruns)
+
+
+def _opened(url: str, subject: Subject, reruns: int) -> Target:
+    """Return an open target; a sick bench is tried again so often."""
     for left in range(reruns, -1, -1):
         target = make_target(url, subject)
         try:
             target.open()
             return target
-        except IdentityError:
+        except RigError as error:
             target.close()
-            if flash == NEVER or not url.startswith(SERIAL):
+            if not left or isinstance(error, TargetTimeout | IdentityError):
                 raise
-            load_main(url, subject)
-            return open_target(url, subject, NEVER, left)
-        except TargetTimeout:
-            target.close()
-            raise
-        except RigError:
-            target.close()
-            if not left:
-                raise
-    raise AssertionError("unreachable")
+    raise ValueError(f"{reruns} reruns; there are none, or more")
+
+
+def _loaded(url: str, subject: Subject) -> bool:
+    """Load a chip that says nothing, as an erased one does; False where there is none."""
+    try:
+        load_main(url, subject)
+    except CgagenError:
+        return False
+    return True
 
 
 def load_main(url: str, subject: Subject) -> None:

@@ -6,9 +6,14 @@ import pytest
 
 import cgagen.flash
 from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.serve import serve
+from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.image import Image
 from hil import opening
+from hil.emulated import robot_bench
+from hil.equivalence import Verdict, compare
 from hil.opening import open_target
+from hil.stimuli import every_state
 from hil.subject import Subject, read_subject
 
 URL = "serial:/dev/somewhere"
@@ -101,3 +106,29 @@ def test_a_sick_bench_is_tried_again_and_a_hanging_program_is_not(
     with pytest.raises(TargetTimeout):
         opened(monkeypatch, subject, hangs, URL, "never", 4)
     assert hangs.done.count("open") == 1
+
+
+def test_a_silent_chip_is_loaded_if_there_is_one(
+    monkeypatch: pytest.MonkeyPatch, subject: Subject
+) -> None:
+    bench = Bench(RigError("silent"))
+    assert opened(monkeypatch, subject, bench, URL, "auto") is bench
+    assert bench.flashes == 1
+    monkeypatch.setattr(Bench, "flash", lambda *_: Bench(RigError("no Stamp")).open())
+    with pytest.raises(RigError, match="silent"):
+        opened(monkeypatch, subject, Bench(RigError("silent")), URL, "auto")
+
+
+def test_an_erased_chip_on_a_port_is_loaded_and_decides(subject: Subject) -> None:
+    """The whole way: our programmer, the chip's loader, the bench hook; DTR over RFC 2217."""
+    image = subject.images["main"]
+    erased = Image(image.model, bytes(EEPROM_BYTES), slot=image.slot)
+    bench = robot_bench(subject.robot, {**subject.images, "main": erased})
+    with serve(bench, "rfc2217:0") as server:
+        target = open_target(f"serial:{server.url}", subject, "auto")
+        try:
+            trial = compare(subject, target, list(every_state(subject.robot).values())[:2])
+        finally:
+            target.close()
+    assert (trial.verdict, trial.decisions) == (Verdict.PASS, 2)
+    assert bench.chip("main").eeprom() == image.eeprom

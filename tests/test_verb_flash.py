@@ -14,12 +14,14 @@ import pytest
 
 from cgagen.build import flashing, read_image
 from cgagen.build.checked import checked_images
+from cgagen.build.flashing import Identify, assign
 from cgagen.cli import main
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.host_port import HostPort
+from cgagen.emulator.loader import Atn
 from cgagen.emulator.programs import bench_of_image
 from cgagen.errors import FlashError, RigError
-from cgagen.flash import flash_image, identify_port, plan_of
+from cgagen.flash import FlashReport, Module, flash_image, identify_port, plan_of
 from cgagen.flash import programmer as programmer_module
 from cgagen.flash.line import Line
 from cgagen.flash.programmer import program
@@ -28,8 +30,8 @@ from cgagen.link import ports as ports_module
 from cgagen.link.ports import PortInfo
 from cgagen.robot import load_robot
 from cgagen.serve import Server, serve
-from cgagen.stamp.chips import chip
-from cgagen.stamp.image import Image
+from cgagen.stamp.chips import Chip, chip
+from cgagen.stamp.image import SENT, Image, Use
 from hil.emulated import robot_bench
 
 PREDATOR = Path(__file__).parent.parent / "firmware" / "predator"
@@ -70,10 +72,11 @@ def holds(bench: Bench, name: str, image: Image) -> bool:
 # -- In process: the two that were written from the documents apart ---------------------------
 
 
+@pytest.mark.parametrize("atn", Atn)
 @pytest.mark.parametrize("name", CHIPS)
-def test_the_emulated_loader_and_the_programmer_agree(name: str) -> None:
+def test_the_emulated_loader_and_the_programmer_agree(name: str, atn: Atn) -> None:
     image = read_image(PREDATOR, name)
-    port = HostPort(bench_of_image(blank(image.model.name)), timeout=0.05)
+    port = HostPort(bench_of_image(blank(image.model.name)), timeout=0.05, atn=atn)
     report = program(Line(port, port), "emulated", plan_of(image))
     assert (report.attempts, report.talks) == (1, True)
     assert holds(port.bench, "main", image)
@@ -142,26 +145,61 @@ def test_the_ports_the_other_way_round(capsys: pytest.CaptureFixture[str]) -> No
 def test_which_port_is_which_is_asked(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with robot() as (bench, urls):
+    sent: list[str] = []
+
+    def flash(port: str, image: Image, **_: object) -> FlashReport:
+        sent.append(f"{port} {image.model.name}")
+        return FlashReport(port, identified[port], 0, (127,), 1, image.digest, True)
+
+    with robot() as (_, urls):
         found = tuple(PortInfo(url, 0x0403, 0x6001) for url in sorted(urls.values()))
+        identified = {url: identify_port(url) for url in urls.values()}
         monkeypatch.setattr(flashing, "all_ports", lambda: found)
+        monkeypatch.setattr(flashing, "flash_image", flash)
         assert main(["flash", str(PREDATOR)]) == 0
-        assert holds(bench, "main", read_image(PREDATOR, "main"))
-        assert holds(bench, "locomotion", read_image(PREDATOR, "locomotion"))
-    out = capsys.readouterr().out
-    assert f"main: BS2p24 on {urls['main']} has taken all 76 packets" in out.replace("  ", " ")
+    assert sent == [f"{urls['locomotion']} BS2", f"{urls['main']} BS2p"]
+    assert f"main: BS2p24 on {urls['main']} has taken all 1 packets" in capsys.readouterr().out
 
 
-def test_one_image_of_a_build_on_the_port_that_has_its_model(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def modules(**names: str) -> Identify:
+    """What the ports of these names answer."""
+
+    def identify(name: str, likely: tuple[Chip, ...]) -> Module:
+        assert [model.name for model in likely] == ["BS2p", "BS2"]
+        if names[name] == "none":
+            raise RigError(f"{name}: nothing comes back")
+        return Module(chip(names[name]), 24, "1.0")
+
+    return identify
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        ({"a": "BS2"}, r"no port has the BS2p of the main controller \(a: BS2\); name both"),
+        ({"a": "BS2p", "b": "none"}, r"no port has the BS2 of .*b: nothing comes back"),
+        ({"a": "BS2p", "b": "BS2p", "c": "BS2"}, r"more than one port has the BS2p of the main"),
+        ({}, r"no port has the BS2p of the main controller \(there are no ports\)"),
+    ],
+)
+def test_ports_that_do_not_fit_a_robot(names: dict[str, str], words: str) -> None:
+    with pytest.raises(RigError, match=words):
+        assign(checked_images(PREDATOR), {}, list(names), modules(**names))
+
+
+def test_a_small_program_on_the_port_that_has_its_model(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with robot() as (bench, urls):
+    path = tmp_path / "hello.bsp"
+    path.write_text('\' {$STAMP BS2p}\nDEBUG "hello", CR\nEND\n', "utf-8")
+    with robot() as (_, urls):
         found = tuple(PortInfo(url, 0x0403, 0x6001) for url in sorted(urls.values()))
         monkeypatch.setattr(ports_module, "all_ports", lambda: found)
-        assert main(["flash", str(PREDATOR / "locomotion.bin")]) == 0
-        assert holds(bench, "locomotion", read_image(PREDATOR, "locomotion"))
+        assert main(["flash", str(path)]) == 0
         assert main(["flash", "--identify-only", "--port", urls["main"]]) == 0
-    assert f"{urls['main']}: BS2p24, interpreter version 1.0" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert f"hello: BS2p24 on {urls['main']} has taken all 2 packets" in out
+    assert f"{urls['main']}: BS2p24, interpreter version 1.0" in out
 
 
 def test_a_byte_that_is_not_what_was_sent_is_found() -> None:
@@ -170,8 +208,23 @@ def test_a_byte_that_is_not_what_was_sent_is_found() -> None:
     image = images["main"]
     bench = robot_bench(load_robot("servobot-predator"), images)
     bench.chip("main").machine.memory.write(0, 60, image.eeprom[60] ^ 1)
+    flags = bytearray(2048)
+    for block in (3, 4, 127):
+        flags[16 * block : 16 * block + 16] = bytes((Use.DATA | SENT,)) * 16
+    plan = plan_of(Image(image.model, image.eeprom, bytes(flags)))
     with serve(bench, "rfc2217:0") as server, pytest.raises(FlashError, match="byte 60 of the EEP"):
-        read_back(server.url, plan_of(image))
+        read_back(server.url, plan)
+
+
+def test_emulated_ports_need_nothing_at_all(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--json", "flash", str(PREDATOR), "--port", "emu"]) == 0
+    assert json.loads(capsys.readouterr().out)["main"]["blocks"] == 76
+    path = tmp_path / "hello.bs2"
+    path.write_text('\' {$STAMP BS2}\nDEBUG "hello", CR\nEND\n', "utf-8")
+    assert main(["flash", str(path), "--port", "emu"]) == 0
+    assert "hello: BS2 on rfc2217://" in capsys.readouterr().out
 
 
 def test_a_port_that_is_taken_by_another_session() -> None:
@@ -325,14 +378,6 @@ def test_verify_of_another_program_is_refused_before_anything_is_sent(
     path.write_bytes(bytes(2048))
     assert main(["flash", str(path), "--model", "BS2", "--verify", "--port", "/dev/no"]) == 3
     assert "leave --verify out" in capsys.readouterr().err
-
-
-def test_emulated_ports_need_nothing_at_all(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--json", "flash", str(PREDATOR), "--port", "emu", "--verify"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["main"]["verified_blocks"] == told["main"]["blocks"]
-    assert main(["flash", str(PREDATOR / "locomotion.bin"), "--port", "emu"]) == 0
-    assert "locomotion: BS2 on rfc2217://" in capsys.readouterr().out
 
 
 def test_words_that_do_not_go_together(capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 import importlib.util
 import itertools
 import random
+import re
 from functools import cache
 from typing import Any
 
@@ -38,6 +39,8 @@ from hil.messages import (
     Fault,
     Message,
     Op,
+    Report,
+    State,
     pack,
     unpack,
 )
@@ -115,6 +118,20 @@ def test_bytes_give_back_what_was_packed(message: Message) -> None:
     for _ in range(50):
         values = values_of(message, chance)
         assert unpack(message, pack(message, values)) == values
+
+
+def test_the_protocol_explains_every_word() -> None:
+    text = (DBC_FILE.parents[1] / "PROTOCOL.md").read_text("utf-8").partition("# The CAN")[2]
+    ids: set[int] = set()
+    for first, last in re.findall(r"^\| ([0-9A-F]{3})(?: to ([0-9A-F]{3}))? \| `", text, re.M):
+        ids |= set(range(int(first, 16), int(last or first, 16) + 1))
+    assert ids == set(BY_ID)
+    signals = {signal.name for message in MESSAGES for signal in message.signals}
+    told = {name for name in signals if not re.match(r"SONAR\d|LIGHT_|SERVO\d|WHISKER", name)}
+    assert {name for name in told if f"`{name}`" not in text} == set()
+    for words in (Op, State, Report):
+        assert all(re.search(rf"\b{word.name}\b", text) for word in words if word.value), words
+    assert all(f"{fault.value:04X}" in text for fault in Fault if fault & 0xFF == 0 < fault)
 
 
 def test_values_without_room_are_refused() -> None:

@@ -243,6 +243,14 @@ def as_spoilt(stimulus: Stimulus, fault: Fault) -> Stimulus:
     return Stimulus(tuple(sonars), (touched[0], touched[1]), tuple(lights))
 
 
+def test_a_robot_without_telemetry_shows_no_state(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rig.robot, "told", lambda: None)
+    answer = decisions(rig, *frames_of(NEAR, 1, BS2P))[0]
+    assert (answer["VALID"], answer["STATE_VALID"], answer["STATE"]) == (1, 0, 0)
+
+
 def test_a_program_that_hangs_gives_an_answer_without_decision(
     rig: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -56,6 +56,22 @@ class Counted:
             counts = self.coverage.setdefault(image.digest, chip.coverage or Coverage())
             chip.coverage = chip.coverage or counts
 
+    def add(self, digest: str, coverage: Coverage) -> None:
+        """Add what was counted elsewhere."""
+        mine = self.coverage.setdefault(digest, Coverage())
+        mine.counts.update(coverage.counts)
+        for place, (on, jumped) in coverage.branches.items():
+            gone = mine.branches.setdefault(place, [0, 0])
+            gone[0] += on
+            gone[1] += jumped
+
+
+def counted(image: Image, coverage: Coverage) -> None:
+    """Tell whoever counts what a check has counted by itself."""
+    for look in _LOOKS:
+        if isinstance(look, Counted):
+            look.add(image.digest, coverage)
+
 
 def know_lines(bench: Bench, subject: Subject, compile_source: Compile) -> None:
     """Tell a robot's bench which lines its programs are at, where the sources are the images'.

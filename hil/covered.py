@@ -16,6 +16,7 @@ from cgagen.errors import MismatchError
 from cgagen.stamp.compiled import Compiled
 from cgagen.tokenizer import compile_source
 from cgagen.words import Role
+from hil.benches import counted
 from hil.fate import PROGRAMS, SURVIVORS
 from hil.judge_legs import judge_legs
 from hil.judge_main import judge_main
@@ -78,9 +79,11 @@ def cover(role: str, chip: str) -> Covered:
         raise MismatchError(f"{subject.where}: {compiled.name} is not what is in the image")
     if chip == "locomotion":
         judge_legs(subject, compiled.image, coverage)
+        counted(subject.images[chip], coverage)
         return Covered(role, chip, cover_source(compiled, coverage), frozenset(), frozenset())
     judge_main(subject, wanted_of(subject), compiled, coverage)
     states = _decide_slowly(subject, compiled, coverage)
+    counted(subject.images[chip], coverage)
     found = frozenset[int]()
     if subject.genome is not None:
         trial = MainTrial(subject, compiled.image)

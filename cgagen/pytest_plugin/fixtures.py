@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -79,9 +80,10 @@ def hil_judge(
     session = request.config.stash[SESSION]
 
     def judge(trial: "Trial") -> "Trial":
-        session.note(request.node.nodeid, hil_subject, trial)
+        named = replace(trial, target=shown(trial.target, hil_config.targets))
+        session.note(request.node.nodeid, hil_subject, named)
         request.node.user_properties += [
-            ("hil_target", trial.target),
+            ("hil_target", named.target),
             (VERDICT, str(trial.verdict)),
             ("hil_decisions", trial.decisions),
             ("hil_image", hil_subject.images["main"].digest),
@@ -115,7 +117,10 @@ def hil_check(
         if hasattr(stimuli, "samples"):
             trial = load("hil.traces").replay(hil_subject, target, stimuli, explain)
         else:
-            compare, ear = load("hil.equivalence").compare, hil_evidence.ear(target.url)
+            compare, ear = (
+                load("hil.equivalence").compare,
+                hil_evidence.ear(shown(target.url, hil_config.targets)),
+            )
             trial = compare(hil_subject, target, stimuli, explain, ear)
         return trial
 
@@ -207,6 +212,20 @@ def _words(trial: "Trial", again: str) -> str:
             lines += [f"{word}: {state}"]
         lines += [str(line) for line in trial.smallest.lines]
     return "\n".join([*lines, f"again: {again}"])
+
+
+def shown(url: str, named: tuple[str, ...]) -> str:
+    """Return what a report calls a target: a port that a test has made is another every time.
+
+    >>> shown("serial:socket://127.0.0.1:3333", ()), shown("can:slcan:/dev/pts/0", ())
+    ('serial', 'can:slcan')
+    >>> shown("serial:/dev/ttyUSB0", ("serial:/dev/ttyUSB0",)), shown("emulator:registers", ())
+    ('serial:/dev/ttyUSB0', 'emulator:registers')
+    """
+    kind, _, rest = url.partition(":")
+    if url in named or kind not in ("serial", "can"):
+        return url
+    return kind if kind == "serial" else f"{kind}:{rest.partition(':')[0]}"
 
 
 def reset(target: "Target") -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from cgagen.flash.modules import Calling, Module, callings_from, module_of
 from cgagen.flash.requests import Conversation, Enter, Hear, Symptom, TroubleError, exchange
-from cgagen.stamp.chips import Chip
+from cgagen.stamp.chips import Chip, chip
 
 REPLY_MS = 200
 """How long a module may take to answer a challenge. Ref: bs2-serial 0.15.0."""
@@ -16,10 +16,13 @@ QUIET_MS = 20
 ROUNDS = 2
 """How often all models are called before nobody is there. Choice: once more than needed."""
 
+OURS = (chip("BS2"), chip("BS2p"))
+"""What is called first where nothing is expected: the robots' own controllers. Choice."""
+
 _MOST_TELLING = tuple(Symptom)
 
 
-def identify(likely: Iterable[Chip] = (), rounds: int = ROUNDS) -> Conversation[Module]:
+def identify(likely: Iterable[Chip] = OURS, rounds: int = ROUNDS) -> Conversation[Module]:
     """Return the module on the line; it is in its loader then and awaits slot or packets.
 
     Args:

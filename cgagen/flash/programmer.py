@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from cgagen.errors import CgagenError, FlashError, RigError
 from cgagen.flash.diagnoses import HALF, UNSTARTED, sentence_of
 from cgagen.flash.download import Done, State, download
-from cgagen.flash.identify import identify
+from cgagen.flash.identify import OURS, identify
 from cgagen.flash.line import LOST, Clock, Line, WallClock
 from cgagen.flash.modules import Module
 from cgagen.flash.plan import Plan, plan_of
@@ -20,7 +20,7 @@ from cgagen.link.why import busy, holders
 from cgagen.stamp.chips import Chip
 from cgagen.stamp.image import Image
 
-REMOTE_LATENCY_S = 0.25
+REMOTE_LATENCY_S = 0.2
 """What is added to every wait where the port is on another machine. Choice."""
 
 Tell = Callable[[Progress], None]
@@ -80,7 +80,7 @@ def flash_image(
     return replace(report, verified=read_back(port_name, plan)) if verify else report
 
 
-def identify_port(port_name: str, likely: Iterable[Chip] = ()) -> Module:
+def identify_port(port_name: str, likely: Iterable[Chip] = OURS) -> Module:
     """Return the module on a port. It is reset, and its program starts anew.
 
     Args:
@@ -128,7 +128,7 @@ def program(line: Line, port_name: str, plan: Plan, progress: Tell | None = None
     )
 
 
-def ask(line: Line, port_name: str, likely: Iterable[Chip] = ()) -> Module:
+def ask(line: Line, port_name: str, likely: Iterable[Chip] = OURS) -> Module:
     """Do what `identify_port` does, on a line that is open.
 
     Raises:

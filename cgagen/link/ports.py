@@ -115,7 +115,7 @@ def choose_port(
 
 def _the_only(known: Sequence[PortInfo], answers: Answers | None) -> str:
     candidates = [port for port in known if port.vendor is not None] or list(known)
-    if answers is not None:
+    if answers is not None and len(candidates) > 1:
         candidates = [port for port in candidates if answers(port.device)]
     if len(candidates) == 1:
         return candidates[0].device

@@ -145,7 +145,7 @@ def _module_at(console: Console, port: str, *likely: "Chip") -> "Module | None":
     from cgagen.flash import identify_port
 
     try:
-        module = identify_port(port, likely)
+        module = identify_port(port, likely) if likely else identify_port(port)
     except CgagenError as error:
         console.note(f"note: {error}")
         return None

@@ -72,7 +72,7 @@ class Evidence:
         """Note what came of a trial."""
         self._trials[name] = trial_data(trial)
         if trial.smallest is not None and (not self._smallest or not self._smallest["reading"]):
-            self._smallest = finding_data(trial.smallest)
+            self._smallest = finding_data(trial.smallest, self.subject)
 
     def table(self, trial: Trial) -> None:
         """Note which entries of the table were looked up."""
@@ -164,11 +164,20 @@ def trial_data(trial: Trial) -> dict[str, Any]:
     }
 
 
-def finding_data(small: Finding) -> dict[str, Any]:
-    """Return a difference."""
+def finding_data(small: Finding, subject: Subject) -> dict[str, Any]:
+    """Return a difference, with the names of what was seen and decided."""
+    names = state_names(subject)
 
-    def seen(one: Observation | None) -> dict[str, int | None] | None:
-        return None if one is None else {"state": one.state, "command": one.command}
+    def seen(one: Observation | None) -> dict[str, Any] | None:
+        if one is None or one.command < 0:
+            return None
+        known = one.state is not None and 0 <= one.state < len(names)
+        return {
+            "state": one.state,
+            "names": list(names[one.state]) if known and one.state is not None else [],
+            "command": one.command,
+            "movement": subject.movement(one.command),
+        }
 
     return {
         "reading": small.stimulus.text() if small.stimulus else None,

@@ -100,6 +100,7 @@ class Proof:
             seen = None if observed is None else Observation(0, observed[1], observed[0])
             finding = Finding(stimulus, Observation(0, command, state), seen, trial.reason)
             trial.findings, trial.smallest = [finding], finding
+        trial.note = "" if trial.reason else self.text()
         return trial
 
     @property

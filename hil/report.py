@@ -143,10 +143,15 @@ def _genes(states: Sequence[Mapping[str, Any]]) -> dict[str, int]:
     """Return how many entries of the table there are, were right, and were met by readings."""
     return {
         "all": len(states),
-        "agreed": sum(row["table"][1] > 0 or row["readings"][1] > 0 for row in states),
-        "by_readings": sum(row["readings"][1] > 0 for row in states),
+        "agreed": sum(_right(row["table"]) or _right(row["readings"]) for row in states),
+        "by_readings": sum(_right(row["readings"]) for row in states),
         "reached": sum(row["reached"] for row in states),
     }
+
+
+def _right(pair: Sequence[int]) -> bool:
+    """Whether something was tried, and all of it agreed."""
+    return 0 < pair[0] == pair[1]
 
 
 def _coverage(source: SourceCoverage) -> dict[str, Any]:

@@ -87,9 +87,7 @@ def with_cells(report: Report, subject: Subject, compile_source: Compile) -> Non
     count = None if report.level is Level.EXHAUSTIVE else SAMPLED_CELLS
     proof = prove(subject, count, report.seed, compiled.source_map if same else None)
     report.evidence.proof(proof)
-    trial = proof.trial()
-    trial.note = proof.text()
-    report.add("cells", trial)
+    report.add("cells", proof.trial())
 
 
 def _with_trace(report: Report, subject: Subject, make: Callable[[], Target], trace: Trace) -> None:

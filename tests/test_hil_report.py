@@ -169,11 +169,13 @@ def test_a_wrong_gene_stands_in_the_page(
     state = robot["states"][0]
     assert state["table"] == [1, 0]
     assert state["readings"][1] == 0 < state["readings"][0]
+    assert (robot["genes"]["agreed"], robot["genes"]["by_readings"]) == (63, 39)
     (file,) = write_reports([tmp_path / "r.html"], report)
     page = file.read_text("utf-8")
     assert page.count('class="cell bad"') == 1
     assert "✗ FAIL" in page
     assert "The smallest difference" in page
+    assert "obstacle no object, target no target" in page
 
 
 def test_parts_of_a_run_add_up(predator: Subject, tokenizer: Tokenizer) -> None:

@@ -5,39 +5,15 @@ circuit, which on a bench burns a pin; here it is an error that names both. What
 a resistor gives way to an output and burns nothing.
 """
 
-from collections.abc import Callable
-from enum import IntEnum
-
+from cgagen.emulator.nets import NOBODY, OUTPUT, End, Net, Strength, Taker
 from cgagen.errors import ContentionError
 
-Listener = Callable[[int | None], None]
-"""Told the new level of a wire: 0, 1, or None where it floats."""
-
-Taker = Callable[[int], None]
-"""Told at the end of a high pulse when it began, in place of two changes."""
-
-Watcher = Callable[[], None]
-"""Told that somebody drives, changes or lets go, also where the level stays."""
-
-
-class Strength(IntEnum):
-    """How firmly a level is held; the firmest decides.
-
-    Two of one strength below `OUTPUT` that disagree make a divider of equal resistors: half the
-    supply, which is above the threshold of 1.4 V and reads 1. Ref: S4 (COUNT) for the threshold.
-    """
-
-    PULL = 0
-    """Through some 10 kohm."""
-    RESISTOR = 1
-    """Through some hundred ohm: an output wins, and nothing burns."""
-    OUTPUT = 2
-
+__all__ = ["Strength", "Taker", "Wire", "WireState"]
 
 WireState = tuple[int | None, tuple[tuple[str, int], ...], int | None, tuple["Wire", ...]]
 
 
-class Wire:
+class Wire(End):
     """One wire, or one end of a wire that can be cut: ends that are joined have one level.
 
     Attributes:
@@ -52,39 +28,9 @@ class Wire:
     1
     """
 
-    __slots__ = (
-        "_drivers",
-        "_forced",
-        "_listeners",
-        "_net",
-        "_pull",
-        "_takers",
-        "_watchers",
-        "level",
-        "name",
-    )
+    __slots__ = ()
 
-    def __init__(self, name: str, pull: int | None = None) -> None:
-        self.name = name
-        self.level = pull
-        self._pull = pull
-        # 2 * strength + level: the greatest decides, and its last bit is the level.
-        self._drivers: dict[str, int] = {}
-        self._forced: int | None = None
-        self._listeners: tuple[Listener, ...] = ()
-        self._takers: dict[Listener, Taker] = {}
-        self._watchers: tuple[Watcher, ...] = ()
-        self._net = _Net((self,))
-
-    @property
-    def pull(self) -> int | None:
-        """Level that a resistor gives it while nobody drives it; None for no resistor."""
-        return self._pull
-
-    @pull.setter
-    def pull(self, level: int | None) -> None:
-        self._pull = level
-        self._net.changed()
+    _net: Net["Wire"]
 
     def drive(self, driver: str, level: int | None, strength: Strength = Strength.OUTPUT) -> None:
         """Drive the wire, or let go of it.
@@ -98,17 +44,17 @@ class Wire:
             ContentionError: another output holds the other level.
         """
         drivers, net = self._drivers, self._net
-        before = drivers.get(driver, _NOBODY)
-        code = _NOBODY if level is None else 2 * strength + level
+        before = drivers.get(driver, NOBODY)
+        code = NOBODY if level is None else 2 * strength + level
         if code == before:
             return
         # Most wires have one driver that changes its mind again and again: what holds against it
         # is found once, for as long as nobody else moves.
         if net.newest is not self or net.driver != driver:
             net.against(self, driver)
-        if code >= _OUTPUT and net.rest == code ^ 1:
+        if code >= OUTPUT and net.rest == code ^ 1:
             raise self._contention(driver, code)
-        if code == _NOBODY:
+        if code == NOBODY:
             del drivers[driver]
         else:
             drivers[driver] = code
@@ -134,50 +80,17 @@ class Wire:
         level, which is low, or somebody listens who wants to hear of both edges.
         """
         net = self._net
-        if net.special or net.takers is None or self._drivers.get(driver) != _OUTPUT:
+        if net.special or net.takers is None or self._drivers.get(driver) != OUTPUT:
             return None
         if net.newest is not self or net.driver != driver:
             net.against(self, driver)
-        return net.takers if net.rest < _OUTPUT else None
-
-    def listen(self, listener: Listener, taker: Taker | None = None) -> Callable[[], None]:
-        """Tell `listener` every change; returns how to stop that.
-
-        Where a listener changes the level in turn, those after it hear only the newest level.
-
-        Args:
-            listener: see above.
-            taker: given by listeners that touch no wire and book nothing: may be told of a whole
-                pulse instead of its two edges, where nothing else happens in between.
-        """
-        if taker is not None:
-            self._takers[listener] = taker
-        self._listeners += (listener,)
-        self._net.changed()
-
-        def stop() -> None:
-            left = list(self._listeners)
-            left.remove(listener)
-            if listener not in left:
-                self._takers.pop(listener, None)
-            self._listeners = tuple(left)
-            self._net.changed()
-
-        return stop
-
-    def watch(self, watcher: Watcher) -> None:
-        """Tell `watcher` whenever somebody drives or lets go, before the level follows.
-
-        For circuits that an output charges: letting go of a charged capacitor changes no level.
-        """
-        self._watchers += (watcher,)
-        self._net.changed()
+        return net.takers if net.rest < OUTPUT else None
 
     @property
     def output(self) -> int | None:
         """The level that an output gives; None where there is none."""
         code = max((code for wire in self.ends for code in wire._drivers.values()), default=0)
-        return code & 1 if code >= _OUTPUT else None
+        return code & 1 if code >= OUTPUT else None
 
     @property
     def undisturbed(self) -> int | None:
@@ -210,7 +123,7 @@ class Wire:
                 f"{self.name}: {self._output_name()} drives {mine}, {other._output_name()} drives "
                 f"{theirs}; take one of them off the wire, or put a resistor between"
             )
-        _tell_watchers(_Net(self.ends + other.ends).ends)
+        _tell_watchers(Net(self.ends + other.ends).ends)
         self._settle()
 
     def leave(self, *others: "Wire") -> None:
@@ -218,7 +131,7 @@ class Wire:
         rest = tuple(wire for wire in self.ends if wire is not self and wire not in others)
         mine = (self, *others)
         for group in (mine, rest):
-            _Net(group)
+            Net(group)
         _tell_watchers((*mine, *rest))
         self._settle()
         for wire in rest[:1]:
@@ -241,7 +154,7 @@ class Wire:
         self._net.newest = None
         if forced != self._forced or ends is not self._net.ends:
             self._forced = forced
-            _Net(ends)
+            Net(ends)
 
     def _settle(self) -> None:
         """Bring the level up to date."""
@@ -254,13 +167,6 @@ class Wire:
                 changed.append((wire, new))
         for wire, new in changed:
             wire._tell(new)
-
-    def _tell(self, level: int | None) -> None:
-        """Tell the listeners of this end, while it keeps that level."""
-        for listener in self._listeners:
-            if self.level != level:
-                break
-            listener(level)
 
     def _contention(self, driver: str, code: int) -> ContentionError:
         """Return the error: a driver is against an output of another."""
@@ -277,57 +183,8 @@ class Wire:
 
     def _output_name(self) -> str:
         return next(
-            name for wire in self.ends for name, code in wire._drivers.items() if code >= _OUTPUT
+            name for wire in self.ends for name, code in wire._drivers.items() if code >= OUTPUT
         )
-
-
-class _Net:
-    """Ends that are joined, and what holds for all of them until one of them changes.
-
-    Making one takes its ends out of their former nets.
-
-    Attributes:
-        ends: see above.
-        newest: the end whose driver moved last; None after any other change.
-        driver: that driver.
-        rest: the firmest of all other drivers and pulls.
-        special: somebody watches, or a level is forced.
-        heard: ends that have listeners.
-        takers: of all listeners; None where one has none.
-    """
-
-    __slots__ = ("driver", "ends", "heard", "newest", "rest", "special", "takers")
-
-    def __init__(self, ends: tuple[Wire, ...]) -> None:
-        self.ends = ends
-        self.driver, self.rest = "", _NOBODY
-        for wire in ends:
-            wire._net = self
-        self.changed()
-
-    def changed(self) -> None:
-        """Forget what was known."""
-        self.newest: Wire | None = None
-        self.special = any(wire._watchers or wire._forced is not None for wire in self.ends)
-        self.heard = tuple(wire for wire in self.ends if wire._listeners)
-        takers = [wire._takers.get(one) for wire in self.heard for one in wire._listeners]
-        self.takers = None if None in takers else tuple(filter(None, takers))
-
-    def against(self, newest: Wire, driver: str) -> None:
-        """Find what holds against a driver."""
-        rest = _NOBODY
-        for wire in self.ends:
-            for name, held in wire._drivers.items():
-                if held > rest and (wire is not newest or name != driver):
-                    rest = held
-            pull = wire._pull
-            if pull is not None and pull > rest:
-                rest = pull
-        self.newest, self.driver, self.rest = newest, driver, rest
-
-
-_OUTPUT = 2 * Strength.OUTPUT
-_NOBODY = -1
 
 
 def _tell_watchers(group: tuple[Wire, ...]) -> None:

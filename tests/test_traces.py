@@ -47,7 +47,9 @@ from hil.traces.recording import (
     without_decisions,
 )
 from hil.traces.shipped import FOLDER
+from hil.traces.shown import rows_of
 from hil.traces.storage import trace_bytes
+from hil.traces.values import sample_of
 from hil.traces.vectors import header_of, parse_vectors, vectors_text
 from hil.verify import explainer
 from hil.wired import WiredTarget
@@ -185,6 +187,19 @@ def test_numbers_begin_again_at_0(predator: Subject) -> None:
     assert parsed(text)[0] == trace.samples
     assert "104#000700000000FFFF T" in text
     assert "104#0007000000000000 T" in text
+
+
+def test_times_that_no_file_can_hold_are_cut_when_recording() -> None:
+    """Otherwise a trace in memory and the same trace from its file would differ."""
+    plain = Stimulus((0, 0, 0), lights=(0, 0))
+    sample = sample_of(1_999, plain, 1, Observation(9, 4, 0, latency_ns=92_400_479))
+    assert sample == Sample(1_000, plain, 1, 0, 4, 92_400_450)
+
+
+def test_what_is_shown_is_what_was_recorded() -> None:
+    wrong = Sample(0, Stimulus((0, 0, 0), lights=(0, 0)), 1, 63, 4)
+    [row] = rows_of(Trace("x", (wrong,)), PREDATOR)
+    assert (row["state"], row["obstacle"], row["target"]) == (63, "far_front", "far_front")
 
 
 def test_a_decision_comes_when_the_target_had_decided() -> None:

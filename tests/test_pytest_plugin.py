@@ -58,10 +58,21 @@ def test_a_project_with_a_folder_of_our_name_runs(tmp_path: Path, room: str) -> 
         "    return 'own'\n"
         "def test_own(hil_target):\n"
         f"    assert {room}.OWN and hil_target == 'own'\n"
+        "@pytest.fixture\n"
+        "def hil_trace():\n"
+        "    return 'own'\n"
+        "def test_two(hil_trace, request):\n"
+        "    assert hil_trace == 'own' and request.node.name == 'test_two'\n"
+        "@pytest.fixture\n"
+        "def hil_board():\n"
+        "    return 'own'\n"
+        "def test_three(hil_board, request):\n"
+        "    assert not request.node.user_properties\n"
     )
     ended = run(tmp_path)
     assert ended.returncode == 0, ended.stdout
-    assert "1 passed" in ended.stdout
+    assert "3 passed" in ended.stdout
+    assert "firmware" not in ended.stdout
     (tmp_path / "test_ours.py").write_text("def test_ours(hil_subject):\n    pass\n")
     ended = run(tmp_path, "test_ours.py")
     assert ended.returncode != 0

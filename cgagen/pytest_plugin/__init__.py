@@ -66,6 +66,9 @@ __all__ = [
     "hil_vectors",
 ]
 
+FIXTURES = frozenset({*__all__, "hil_subject", "hil_target"} - {"HilConfig"})
+"""Tests that ask for one of these are tests of firmware."""
+
 MARKERS = (
     "hil_needs(cap, ...): a target must be able to do this",
     "hil_hardware: only for a target that is named",
@@ -118,7 +121,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     named = tuple(map(Path, given(metafunc.config, "trace")))
     tables = tuple(path for path in named if path.suffix.lower() == ".csv")
     for name, files in (("hil_trace", named), ("hil_vectors", tables)):
-        if name in metafunc.fixturenames:
+        if _is_ours(metafunc, name):
             marks = metafunc.definition.iter_markers(name)
             beside = metafunc.definition.path.parent
             own = [beside / str(word) for mark in marks for word in mark.args]
@@ -234,9 +237,13 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 def _of_firmware(item: pytest.Item) -> bool:
     """Whether a test asks for a fixture of ours, or stands for a requirement."""
     names = getattr(item, "fixturenames", ())
-    return any(name.startswith("hil_") for name in names) or bool(
-        item.get_closest_marker("hil_req")
-    )
+    return not FIXTURES.isdisjoint(names) or item.get_closest_marker("hil_req") is not None
+
+
+def _is_ours(metafunc: pytest.Metafunc, name: str) -> bool:
+    """Whether a test gets our fixture of this name, and not one of its own project."""
+    known = metafunc.definition._fixtureinfo.name2fixturedefs.get(name, ())
+    return bool(known) and known[-1].func.__module__ == fixtures_of.__module__
 
 
 def _check_needs(item: pytest.Item) -> None:

@@ -111,7 +111,10 @@ class Server:
             for endpoint in self.endpoints:
                 for number, (events, ready) in endpoint.wanted().items():
                     selector.register(number, events, ready)
-            for key, events in selector.select(self._wait_s(present, slow)):
+            found = selector.select(self._wait_s(present, slow))
+            if not present:
+                self._began = (time.monotonic(), self._bench.clock.now_ns)
+            for key, events in found:
                 if key.data is None:
                     return True
                 key.data()
@@ -120,7 +123,6 @@ class Server:
 
     def _wait_s(self, present: list[Endpoint], slow: bool) -> float | None:
         if not present:
-            self._began = (time.monotonic(), self._bench.clock.now_ns)
             return SILENCE_S if any(one.sleepless for one in self.endpoints) else None
         if any(one.full for one in present):
             return SILENCE_S

@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import socket
 import tempfile
 import termios
 import time
@@ -26,6 +27,10 @@ WRITE_S = 2.0
 
 ATN_S = 0.05
 """How long DTR is held for a reset; 2 ms are enough. Choice."""
+
+
+READER_S = 1.0
+"""How long the reader of rfc2217:// may take to see that its port is closed. Choice."""
 
 
 class PortLock:
@@ -127,8 +132,14 @@ def reset_by_dtr(name: str, port: serial.SerialBase) -> None:
 
 def close_port(port: serial.SerialBase) -> None:
     """Close a port, whatever state it is in; one that is gone closes, too."""
-    # pyserial 3.5 forgets the socket of rfc2217:// when the other end has gone first.
-    forgotten = getattr(port, "_socket", None)
+    # pyserial 3.5 closes the socket of rfc2217:// under its own reader, which may then wait for
+    # five seconds on whatever file gets its number; and forgets it when the other end has gone.
+    forgotten, reader = getattr(port, "_socket", None), getattr(port, "_thread", None)
+    if forgotten is not None:
+        with suppress(OSError):
+            forgotten.shutdown(socket.SHUT_RDWR)
+    if reader is not None:
+        reader.join(READER_S)
     with suppress(OSError, ValueError, termios.error):
         port.close()
     if forgotten is not None:

@@ -77,7 +77,7 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
     --readings, --for or Ctrl-C ends it.
     """
     from hil.traces import write_trace
-    from hil.traces.recording import record_telemetry
+    from hil.traces.listening import record_telemetry
 
     check_record(given)
     left_out = 0

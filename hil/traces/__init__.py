@@ -2,8 +2,8 @@
 
 Inside this room, `values` says what a trace is, `vectors` (CSV), `candump` (frames in files) and
 `questions` (frames and readings) turn files into it, `sidecar` ties a file to its origin,
-`storage` reads and writes, `replaying` compares, `recording` makes new ones and `shown` puts them
-in words. The recorded traces lie here, too; `shipped` says how they came about.
+`storage` reads and writes, `replaying` compares, `recording` and `listening` make new ones, `shown`
+puts them in words. The recorded traces lie here, too; `shipped` says how they came about.
 """
 
 from hil.traces.replaying import Replay, replay

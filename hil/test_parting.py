@@ -14,7 +14,7 @@ from cgagen.tokenizer import Tokenizer
 from hil.colony import Colony
 from hil.hunt import fixed_starts
 from hil.parting import Parting, part
-from hil.rates import Rates, freed
+from hil.rates import FOUR, Rates, freed, rates
 from hil.subject import Subject, read_subject
 from sim.numbers import WorldNumbers, world_numbers
 
@@ -117,3 +117,9 @@ def test_capture_rates_are_told() -> None:
     assert rows["farthest apart after as many movements, median and most"] == "30 and 80 units"
     assert rows["movements to the capture, robots by simulator, median"] == "2.00"
     assert rows["trouble"] == "7: predator: moves without being told"
+
+
+def test_the_reference_robots_are_played_from_the_fixed_starts() -> None:
+    found = rates(FOUR, [QUICK], steps=2)
+    assert [one.predator_steps for one in found.partings] == [2]
+    assert "captured by the robots                                    0 (0 %)" in found.text()

@@ -9,7 +9,7 @@ import serial
 
 from cgagen.bench_protocol import BAUD, END, PROMPT, PROMPT_GAP_MS
 from cgagen.errors import RigError, TargetTimeout
-from cgagen.link.port import PortLock, open_port
+from cgagen.link.port import PortLock, close_port, open_port
 
 LIFE_S = 1.0
 """A chip from which something came so short a time ago lives: it prompts every 50 ms. Choice."""
@@ -52,7 +52,7 @@ class PromptedPort:
     def close(self) -> None:
         """Close the port; the chip stays in bench mode. Harmless when repeated."""
         if self._serial is not None:
-            self._serial.close()
+            close_port(self._serial)
             self._serial = None
         self._lock.release()
 

@@ -40,7 +40,7 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
     With --decode, lines of our firmware are shown in words: readings in inches, situations,
     movements and faults.
     """
-    from cgagen.link.port import PortLock, open_port, reset_by_dtr
+    from cgagen.link.port import PortLock, close_port, open_port, reset_by_dtr
     from cgagen.link.ports import choose_port
     from cgagen.monitor import Listener, listen
     from cgagen.verbs.keyboard import from_stdin, from_text
@@ -73,7 +73,7 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
             except KeyboardInterrupt:
                 console.note("")
             finally:
-                wire.close()
+                close_port(wire)
     finally:
         lock.release()
     console.note(f"{port}: {listener.received} bytes in {time.monotonic() - began_s:.1f} s")

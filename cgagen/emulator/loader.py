@@ -50,9 +50,10 @@ class Atn(StrEnum):
     """What lies between a computer's DTR and a chip's ATN."""
 
     DIRECT = "direct"
-    """A transistor: asserted is reset, for as long as it lasts. Ref: S2 p. 27, bstamp."""
+    """Asserted is reset, for as long as it lasts. Ref: S9 (1.8) p. 308; bstamp."""
     CAPACITOR = "capacitor"
-    """An edge to asserted is a short reset, as on Board of Education. Ref: S10."""
+    """An edge to asserted is a short reset. Ref: S9 (1.8) p. 308, two of 0.1 uF; most boards
+    have them, as far as we know. bs2-serial leaves DTR asserted and needs them."""
 
 
 class Phase(StrEnum):

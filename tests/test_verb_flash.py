@@ -258,15 +258,17 @@ def test_a_port_that_another_program_reads() -> None:
     os.close(slave)
 
 
-def test_a_server_that_goes_away_in_the_middle() -> None:
+@pytest.mark.parametrize("kind", ["rfc2217:0", "tcp:0"])
+def test_a_server_that_goes_away_in_the_middle(kind: str) -> None:
     server: Server
-    with serve(bench_of_image(blank("BS2")), "rfc2217:0") as server:
+    with serve(bench_of_image(blank("BS2")), kind) as server:
+        control = f"?control={server.control}" if server.control else ""
 
         def pull(progress: object) -> None:
             server.endpoints[0].lose()
 
         with pytest.raises(FlashError, match="half a program"):
-            flash_image(server.url, read_image(PREDATOR, "locomotion"), progress=pull)
+            flash_image(f"{server.url}{control}", read_image(PREDATOR, "locomotion"), progress=pull)
 
 
 def test_a_socket_without_dtr_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,13 @@
 
 The protocol is a generator over bytes (`identify`, `download`) that knows neither ports nor
 clocks; `line` carries it out; `programmer` is the whole way with lock, diagnoses and report.
+::
+
+    from cgagen.build import read_image
+    from cgagen.flash import flash_image
+
+    report = flash_image("/dev/ttyUSB0", read_image(folder, "main"), verify=True)
+
 Nothing in here has met a real Stamp: BENCH.md says what is to be tried first.
 """
 

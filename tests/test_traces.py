@@ -407,6 +407,18 @@ def test_two_buses_in_one_file_are_refused(predator: Subject, tmp_path: Path) ->
         read_trace(path, PREDATOR)
 
 
+def test_times_from_frame_to_frame_are_refused(predator: Subject, tmp_path: Path) -> None:
+    path = tmp_path / "a.asc"
+    with can.Logger(path) as writer:
+        for message in messages(some(predator), channel=0):
+            writer.on_message_received(message)
+    text = path.read_text()
+    assert "timestamps absolute" in text
+    path.write_text(text.replace("timestamps absolute", "timestamps relative"))
+    with pytest.raises(TraceError, match="its times count from frame to frame"):
+        read_trace(path, PREDATOR)
+
+
 # -- Whatever else is in a file
 
 

@@ -186,8 +186,24 @@ def test_what_is_there_is_kept(capsys: pytest.CaptureFixture[str]) -> None:
     code, _, err = run(capsys, *words, "3")
     assert (code, "x.log: is there already" in err) == (3, True)
     assert run(capsys, *words, "3", "--force")[0] == 0
-    code, _, err = run(capsys, *words[:4], "x.blf")
-    assert (code, ".log or .csv" in err) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("output", "said"),
+    [
+        ("x.blf", "x.blf: traces are written as .log or .csv"),
+        ("none/x.log", "none/x.log: there is no folder none"),
+        ("x.log", "x.log: is there already"),
+    ],
+)
+def test_a_name_that_cannot_be_is_refused_before_anybody_listens(
+    capsys: pytest.CaptureFixture[str], output: str, said: str
+) -> None:
+    Path("x.log").write_text("mine")
+    port = ["--port", "/dev/no-such-port"]
+    code, _, err = run(capsys, "trace", "record", GENOME, *port, "-o", output)
+    assert (code, said in err) == (3, True), err
+    assert Path("x.log").read_text() == "mine"
 
 
 @pytest.mark.parametrize(

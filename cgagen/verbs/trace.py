@@ -78,10 +78,13 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
     """
     from hil.traces import write_trace
     from hil.traces.listening import record_telemetry
+    from hil.traces.storage import check_name
 
     check_record(given)
+    check_name(given["output"])
     left_out = 0
     if given["port"]:
+        _check_free(given["output"], given["force"])
         subject = subject_named(genome, given, "simulator")
         trace, heard = record_telemetry(
             subject, given["port"], given["readings"] or 1_000_000, given["limit_s"]
@@ -143,6 +146,14 @@ def show_verb(console: Console, file: Path, robot: str | None) -> None:
     data = {**_summary(trace, body), "stale": trace.stale, "rows": rows_of(trace, body)}
     lines = [table_of(trace, body), "", _words(trace, body)]
     console.result(data, "\n".join(lines))
+
+
+def _check_free(path: Path, force: bool) -> None:
+    """Refuse to write over anything, before a robot is listened to that does not repeat itself."""
+    from cgagen.errors import FolderError
+
+    if path.exists() and not force:
+        raise FolderError(f"{path}: is there already; choose another name, or give --force")
 
 
 def _robot_of(file: Path, given: str | None) -> "Robot":

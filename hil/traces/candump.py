@@ -27,6 +27,8 @@ _LINE = re.compile(
     r"\(([0-9]{1,12})\.([0-9]{6})\) (\S{1,64}) ([0-9A-Fa-f]{1,8})#([0-9A-Fa-f#R]*)( [RT])?"
 )
 
+_RELATIVE = re.compile(rb"^base\s+\w+\s+timestamps\s+relative", re.IGNORECASE | re.MULTILINE)
+
 
 class Row(NamedTuple):
     """A frame in a file.
@@ -167,6 +169,13 @@ def _messages(path: Path, name: str) -> Iterator[Row]:
     from can import ASCReader, BLFReader, TRCReader
 
     suffix, data = path.suffix.lower(), _bytes(path, name)
+    if suffix == ".asc" and _RELATIVE.search(data):
+        raise refused(
+            name,
+            "",
+            "its times count from frame to frame, which python-can takes for absolute ones",
+            "export it with absolute times",
+        )
     number, channel = 0, None
     try:
         # Each is given a file of ours, because one that fails on its first bytes leaves it open.

@@ -87,6 +87,18 @@ def trace_bytes(trace: Trace, robot: Robot, suffix: str) -> bytes:
     return log_text(frames_of_samples(trace.samples, robot)).encode()
 
 
+def check_name(path: Path) -> None:
+    """Refuse a name that no trace can be written to, before any work is done.
+
+    Raises:
+        TraceError: another suffix, or no such folder.
+    """
+    if path.suffix not in WRITTEN:
+        raise TraceError(f"{path}: traces are written as .log or .csv; choose such a name")
+    if not path.parent.is_dir():
+        raise TraceError(f"{path}: there is no folder {path.parent}; make it, or choose another")
+
+
 def write_trace(path: Path, trace: Trace, robot: Robot, force: bool = False) -> list[Path]:
     """Write a trace, its sidecar and, for frames, the DBC file beside it.
 
@@ -104,8 +116,7 @@ def write_trace(path: Path, trace: Trace, robot: Robot, force: bool = False) -> 
         TraceError: see `trace_bytes`; or nothing tells where the trace comes from.
         StorageError: the disk refuses.
     """
-    if path.suffix not in WRITTEN:
-        raise TraceError(f"{path}: traces are written as .log or .csv; choose such a name")
+    check_name(path)
     if trace.origin is None:
         raise TraceError(f"{trace.name}: nothing tells where it comes from; name its robot")
     data = trace_bytes(trace, robot, path.suffix)

@@ -98,9 +98,9 @@ def _text(folder: Path, build: "Build") -> str:
         f"genome: {build.genome.digest}" if build.genome else "genome: none, it acts by reflex",
         f"robot:  {build.robot.digest}",
         "",
-        f"Next: wire the Stamps as {folder / 'wiring.txt'} says, then load {main.file} into the",
-        f"{main.model} and {locomotion.file} into the {locomotion.model}, with Parallax's editor "
-        "or any loader.",
+        f"Next: wire the Stamps as {folder / 'wiring.txt'} says, then",
+        f"cgagen flash {folder}  # {main.file} into the {main.model}, {locomotion.file} into the "
+        f"{locomotion.model}",
         "memory.txt says what each routine takes; build.json has every digest.",
     ]
     return "\n".join(lines)

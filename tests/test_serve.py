@@ -24,7 +24,8 @@ from cgagen.emulator.loader import Phase
 from cgagen.emulator.programs import bench_of_image, bench_of_sources
 from cgagen.errors import BenchError, RigError
 from cgagen.serve import Address, Server, serve
-from cgagen.serve.endpoint import Rfc2217Endpoint, TcpEndpoint
+from cgagen.serve.endpoint import TcpEndpoint
+from cgagen.serve.telnet import Rfc2217Endpoint
 from cgagen.stamp.chips import EEPROM_BYTES, chip
 from cgagen.stamp.image import Image
 from cgagen.stamp.packets import packet, packets_of
@@ -527,6 +528,7 @@ def test_the_verb_in_json_with_an_erased_chip() -> None:
         (["--model", "BS2", "--port", "tcp:0", "--port", "pty"], 2, "has one port"),
         (["--model", "BS2", "--port", "tcp:0", "--input", "x"], 2, "exclude each other"),
         (["--model", "BS2", "--port", "tcp:0", "--expect-end"], 2, "exclude each other"),
+        (["--model", "BS2", "--port", "tcp:0", "--durations", "a"], 2, "exclude each other"),
     ],
 )
 def test_wrong_words(

@@ -23,9 +23,11 @@ from cgagen.emulator.host_port import HostPort
 from cgagen.emulator.loader import Atn
 from cgagen.emulator.programs import MAIN
 from cgagen.serve.address import Address
-from cgagen.serve.endpoint import Endpoint, PtyEndpoint, Rfc2217Endpoint, TcpEndpoint
+from cgagen.serve.endpoint import Endpoint, TcpEndpoint
 from cgagen.serve.paced import PacedPort
 from cgagen.serve.server import Server
+from cgagen.serve.telnet import Rfc2217Endpoint
+from cgagen.serve.terminal import PtyEndpoint
 
 __all__ = ["Address", "Atn", "Endpoint", "Server", "endpoint_of", "serve"]
 

@@ -1,36 +1,19 @@
-"""Where a host finds a chip's port: a socket, a pty, or a socket with RFC 2217.
+"""Where a host finds a chip's port, and a plain socket with another one for its lines.
 
 Every endpoint has one host at a time; who comes second is let go at once, for a Stamp has one
 plug. A host that goes away lets go of DTR and BREAK. Nothing here waits.
 """
 
-import os
-import pty
-import select
 import selectors
 import socket
-import struct
-import termios
-import tty
 from collections.abc import Callable
-from contextlib import suppress
-from typing import Any
 
-from cgagen.errors import RigError
 from cgagen.serve.control import ControlText
 from cgagen.serve.paced import PacedPort
-from cgagen.serve.stream import Stream, accept
+from cgagen.serve.sockets import accept, address_of, drain, listen
+from cgagen.serve.stream import Stream
 
 Ready = Callable[[], object]
-
-MOST_OPTION_BYTES = 256
-"""A telnet option longer than that is garbage. Choice."""
-
-MOST_ROUNDS = 64
-"""How often a host is read before another one is looked at. Choice: 16 kB."""
-
-_GARBAGE = (KeyError, TypeError, ValueError, struct.error)
-"""What `PortManager` raises at options that are none."""
 
 
 class Endpoint:
@@ -211,123 +194,3 @@ class TcpEndpoint(Controlled):
 
     def _comes(self) -> None:
         self._welcome(self._listener)
-
-
-class PtyEndpoint(Controlled):
-    """A pseudo terminal. Its own speed and BREAK reach nobody; the control socket has BREAK."""
-
-    sleepless = True
-
-    def __init__(self, port: PacedPort, host: str) -> None:
-        super().__init__(port, host)
-        self._master, slave = pty.openpty()
-        tty.setraw(slave)
-        self.url = os.ttyname(slave)
-        os.close(slave)
-
-    def wanted(self) -> dict[int, tuple[int, Ready]]:
-        """Return what is waited for; a host that has come is seen here."""
-        if self.data is None and _somebody_has(self._master):
-            self.data = Stream(os.dup(self._master))
-        return super().wanted()
-
-    def lose(self) -> None:
-        """The host is gone, and what it has not read goes too."""
-        super().lose()
-        with suppress(termios.error):
-            termios.tcflush(self._master, termios.TCIOFLUSH)
-
-    def close(self) -> None:
-        """See `Controlled`."""
-        super().close()
-        os.close(self._master)
-
-
-class Rfc2217Endpoint(Endpoint):
-    """A socket that carries DTR, BREAK and the speed as telnet options: `rfc2217://HOST:PORT`."""
-
-    def __init__(self, port: PacedPort, host: str, number: int) -> None:
-        super().__init__(port)
-        self._listener = listen(host, number)
-        self.url = f"rfc2217://{address_of(self._listener)}"
-        self._manager: Any = None
-
-    def wanted(self) -> dict[int, tuple[int, Ready]]:
-        """Return what is waited for; see `Endpoint`."""
-        return {
-            **super().wanted(),
-            self._listener.fileno(): (selectors.EVENT_READ, self._comes),
-        }
-
-    def hear(self, data: bytes) -> None:
-        """Tell options from bytes, in the order in which they came."""
-        if self._manager is None:
-            return
-        try:
-            for byte in self._manager.filter(data):
-                self.port.say(byte)
-            garbage = len(self._manager.suboption or b"") > MOST_OPTION_BYTES
-        except _GARBAGE:
-            garbage = True
-        if garbage:
-            self.lose()
-
-    def packed(self, data: bytes) -> bytes:
-        """Return data with every FFh doubled, which is telnet's sign for an option."""
-        return data.replace(b"\xff", b"\xff\xff")
-
-    def close(self) -> None:
-        """See `Endpoint`."""
-        super().close()
-        self._listener.close()
-
-    def lose(self) -> None:
-        """The host is gone, and lets go of its lines."""
-        if self.data is not None:
-            super().lose()
-            self.port.release()
-
-    def came(self) -> None:
-        """Begin to speak telnet."""
-        from serial.rfc2217 import PortManager
-
-        self._manager = PortManager(self.port, self.data)
-
-    def _comes(self) -> None:
-        self._welcome(self._listener)
-
-
-def drain(take: Callable[[], bool]) -> None:
-    """Take what a host has said that may be gone, so that another one can come."""
-    for _ in range(MOST_ROUNDS):
-        if not take():
-            return
-
-
-def listen(host: str, number: int) -> socket.socket:
-    """Return a socket that waits for clients.
-
-    Raises:
-        RigError: somebody else has that number, or there is no such host.
-    """
-    try:
-        listener = socket.create_server((host, number))
-    except (OSError, OverflowError) as error:
-        raise RigError(
-            f"{host}:{number}: cannot be listened on ({error}); take another number, or 0 for any"
-        ) from error
-    listener.setblocking(False)
-    return listener
-
-
-def address_of(listener: socket.socket) -> str:
-    """Return HOST:PORT."""
-    host, number = listener.getsockname()[:2]
-    return f"{host}:{number}"
-
-
-def _somebody_has(master: int) -> bool:
-    """Say whether a host has opened the other end of a pty."""
-    poll = select.poll()
-    poll.register(master, select.POLLIN)
-    return not any(event & select.POLLHUP for _, event in poll.poll(0))

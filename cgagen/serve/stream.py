@@ -77,13 +77,3 @@ class Stream:
             return
         with suppress(OSError):
             os.close(self._number)
-
-
-def accept(listener: socket.socket) -> socket.socket | None:
-    """Return a client that has come; None where it went away again."""
-    try:
-        connection, _ = listener.accept()
-    except OSError:
-        return None
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return connection

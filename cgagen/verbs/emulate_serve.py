@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cgagen.serve import Server
 
 _ASTRAY = "; the chip does nothing until its next reset"
-_OF_A_RUN = ("text", "until_end", "echo", "expect_end")
+_OF_A_RUN = ("text", "until_end", "echo", "expect_end", "durations")
 
 
 def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> int:
@@ -68,7 +68,7 @@ def _refuse_options_of_a_run(given: dict[str, Any]) -> None:
         UsageError: one of those options is given.
     """
     for name in _OF_A_RUN:
-        if given[name]:
+        if given[name] not in (None, False):
             option = "input" if name == "text" else name.replace("_", "-")
             raise click.UsageError(f"--port and --{option} exclude each other; leave one out")
 

@@ -12,10 +12,12 @@ from cgagen.errors import RigError
 from cgagen.robot import load_arena
 from cgagen.tokenizer import Tokenizer
 from hil.colony import Colony
+from hil.equivalence import Verdict
 from hil.hunt import fixed_starts
 from hil.parting import Parting, part
 from hil.rates import FOUR, Rates, freed, rates
 from hil.subject import Subject, read_subject
+from hil.walks import try_walks
 from sim.numbers import WorldNumbers, world_numbers
 
 pytestmark = pytest.mark.hil_req("HUNT")
@@ -94,6 +96,31 @@ def test_what_is_no_movement_is_seen_on_three_lines(
     assert "predator: not " in result.trouble
     assert "horizontal" in result.trouble
     assert result.predator_steps == 0
+    trial = try_walks(faulty)
+    assert trial.verdict is Verdict.FAIL
+    assert "was asked for: not " in trial.reason
+    assert sum(trial.agreed.values()) < 8
+
+
+def test_every_command_on_three_lines_is_walked(runners: tuple[Subject, Subject]) -> None:
+    for runner in runners:
+        trial = try_walks(runner)
+        assert (trial.verdict, trial.reason) == (Verdict.PASS, "")
+        assert trial.agreed == dict.fromkeys(range(8), 1)
+
+
+def test_lines_that_are_swapped_are_seen(
+    runners: tuple[Subject, Subject], tokenizer: Tokenizer
+) -> None:
+    prey = runners[1]
+    source = prey.sources["locomotion"]
+    swapped = source.replace("command = commandLines & %0111", "command = commandLines & %0110", 1)
+    assert swapped != source
+    image = tokenizer.compile(swapped, prey.files["locomotion"]).image
+    faulty = replace(prey, images={**prey.images, "locomotion": image})
+    trial = try_walks(faulty)
+    assert trial.verdict is Verdict.FAIL
+    assert trial.agreed[0] == 1
 
 
 def test_a_referee_wants_step_lines(runners: tuple[Subject, Subject]) -> None:

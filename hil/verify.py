@@ -104,10 +104,10 @@ def _with_trace(report: Report, subject: Subject, make: Callable[[], Target], tr
 
 
 def _with_walks(report: Report, subject: Subject) -> None:
-    """Try the movements, and the time that the robot takes; both need a step line."""
+    """Try the movements, and the time that the robot takes, for which it needs a step line."""
+    report.add("movements", try_walks(subject))
     if subject.robot.link.step_line is None:
         return
-    report.add("movements", try_walks(subject))
     trial, report.evidence.timing = try_timing(subject)
     report.add("timing", trial)
 

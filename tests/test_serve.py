@@ -420,6 +420,22 @@ def test_a_program_that_goes_astray_is_not_the_end(hello: Image) -> None:
     assert len(faults) == 1
 
 
+def test_a_bug_of_ours_lets_the_host_go_and_is_told(hello: Image) -> None:
+    with serve(bench_of_image(hello), "tcp:0") as server:
+
+        def broken(_data: bytes) -> bytes:
+            raise ZeroDivisionError("nobody thought of it")
+
+        server.endpoints[0].outgoing = broken
+        with connect(server.url) as host, connect(str(server.control)) as hand:
+            assert host.recv(9) == b""
+            with suppress(ConnectionError):
+                assert hand.recv(9) == b""
+        with pytest.raises(ConnectionRefusedError):
+            connect(server.url)
+    assert isinstance(server.failure, ZeroDivisionError)
+
+
 def test_half_a_packet_and_a_host_that_waits(hello: Image) -> None:
     with serve(erased(), "tcp:0") as server, client_of(server) as client:
         client.download(hello)

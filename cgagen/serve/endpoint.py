@@ -37,6 +37,7 @@ class Endpoint:
         self.control: str | None = None
         self.outgoing: Callable[[bytes], bytes] = lambda data: data
         self.data: Stream | None = None
+        self._listeners: list[socket.socket] = []
         port.deliver = self.deliver
 
     @property
@@ -71,6 +72,14 @@ class Endpoint:
     def close(self) -> None:
         """Let the host go, and be found no more."""
         self.lose()
+        self.hang_up()
+
+    def hang_up(self) -> None:
+        """Let hosts know that nothing comes any more, without asking the chip for anything."""
+        for listener in self._listeners:
+            listener.close()
+        if self.data is not None:
+            self.data.close()
 
     def lose(self) -> None:
         """The host is gone."""
@@ -119,6 +128,7 @@ class Controlled(Endpoint):
     def __init__(self, port: PacedPort, host: str) -> None:
         super().__init__(port)
         self._control_listener = listen(host, 0)
+        self._listeners.append(self._control_listener)
         self.control = address_of(self._control_listener)
         self._text = ControlText(port)
         self._hand: Stream | None = None
@@ -136,11 +146,16 @@ class Controlled(Endpoint):
             found[self._hand.fileno()] = (selectors.EVENT_READ, self._hand_ready)
         return found
 
+    def hang_up(self) -> None:
+        """See `Endpoint`."""
+        super().hang_up()
+        if self._hand is not None:
+            self._hand.close()
+
     def close(self) -> None:
         """Let both hosts go, and be found no more."""
-        super().close()
         self._lose_hand()
-        self._control_listener.close()
+        super().close()
 
     def _control_comes(self) -> None:
         drain(self._hand_ready)
@@ -178,6 +193,7 @@ class TcpEndpoint(Controlled):
     def __init__(self, port: PacedPort, host: str, number: int) -> None:
         self._listener = listen(host, number)
         super().__init__(port, host)
+        self._listeners.append(self._listener)
         self.url = f"socket://{address_of(self._listener)}"
 
     def wanted(self) -> dict[int, tuple[int, Ready]]:
@@ -186,11 +202,6 @@ class TcpEndpoint(Controlled):
             **super().wanted(),
             self._listener.fileno(): (selectors.EVENT_READ, self._comes),
         }
-
-    def close(self) -> None:
-        """See `Controlled`."""
-        super().close()
-        self._listener.close()
 
     def _comes(self) -> None:
         self._welcome(self._listener)

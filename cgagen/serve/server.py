@@ -102,6 +102,8 @@ class Server:
             self.run()
         except BaseException as error:
             self.failure = error
+            for endpoint in self.endpoints:
+                endpoint.hang_up()
 
     def _serve_ready(self, present: list[Endpoint], slow: bool) -> bool:
         """Wait for hosts as long as that is right; returns whether one had something to say."""

@@ -2,7 +2,6 @@
 
 import os
 import socket
-from contextlib import suppress
 
 READ_BYTES = 256
 """What is taken from a host at once. Choice: a quarter of a second of the chip's time."""
@@ -74,6 +73,6 @@ class Stream:
         self.open = False
         if self._socket is not None:
             self._socket.close()
-            return
-        with suppress(OSError):
+        elif self._number >= 0:
             os.close(self._number)
+            self._number = -1

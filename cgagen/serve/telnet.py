@@ -21,6 +21,7 @@ class Rfc2217Endpoint(Endpoint):
     def __init__(self, port: PacedPort, host: str, number: int) -> None:
         super().__init__(port)
         self._listener = listen(host, number)
+        self._listeners.append(self._listener)
         self.url = f"rfc2217://{address_of(self._listener)}"
         self._manager: Any = None
 
@@ -47,11 +48,6 @@ class Rfc2217Endpoint(Endpoint):
     def packed(self, data: bytes) -> bytes:
         """Return data with every FFh doubled, which is telnet's sign for an option."""
         return data.replace(b"\xff", b"\xff\xff")
-
-    def close(self) -> None:
-        """See `Endpoint`."""
-        super().close()
-        self._listener.close()
 
     def lose(self) -> None:
         """The host is gone, and lets go of its lines."""

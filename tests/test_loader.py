@@ -386,6 +386,24 @@ def test_another_baud_rate_is_garbage() -> None:
         port.baudrate = 0
 
 
+def test_time_goes_on_as_far_as_a_call_needs() -> None:
+    """A character is 1/960 s; what has come already takes none."""
+    port = HostPort(blank("BS2"))
+    port.write(b"four")
+    assert port.now_s() == 0
+    port.flush()
+    assert port.now_s() == pytest.approx(4 / 960, abs=1e-6)
+    port.write(b"x")
+    assert port.read(4) == b"four"
+    assert port.now_s() == pytest.approx(4 / 960, abs=1e-6)
+    assert port.read() == b"x"
+    assert port.now_s() == pytest.approx(4.95 / 960, abs=1e-6)
+    assert port.read() == b""
+    assert port.now_s() == pytest.approx(4.95 / 960 + 0.2, abs=1e-6)
+    port.sleep(-1)
+    assert port.now_s() == pytest.approx(4.95 / 960 + 0.2, abs=1e-6)
+
+
 def test_a_closed_port_lets_go_of_everything(images: dict[str, Image]) -> None:
     port = HostPort(bench_of_image(images["BS2"]))
     port.dtr = True

@@ -40,8 +40,9 @@ check:                     ## lint, types, import contract, all tests
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest -q -m "not slow"
 
-hil: setup                 ## the firmware against its specification
-	$(BIN)/python -m pytest hil/ -q
+hil: setup                 ## the firmware against its specification, with a page about it
+	mkdir -p runs
+	$(BIN)/python -m pytest hil/ -q --hil-report runs/hil-report.html $(patsubst %,--hil-kills %,$(wildcard $(KILLS)/kills-*.json))
 
 hil-colony: setup          ## whole robots from all 100 fixed starts: a quarter of an hour
 	$(BIN)/python -m pytest hil/test_colony.py -q -m slow

@@ -88,6 +88,7 @@ def test_a_fixed_start(
     agrees(hunt(predator, prey, numbers, starts[number : number + 1], STEPS))
 
 
+@pytest.mark.hil_slow
 @pytest.mark.slow
 def test_every_fixed_start(
     request: pytest.FixtureRequest,

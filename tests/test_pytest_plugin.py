@@ -209,6 +209,22 @@ def test_what_a_run_leaves_behind_and_the_same_bytes_again(tmp_path: Path) -> No
     assert "1 passed" in replayed.stdout, replayed.stdout
 
 
+def test_a_long_test_runs_when_it_is_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "test_it.py").write_text(
+        "import pytest\n"
+        "def test_short(): pass\n"
+        "@pytest.mark.hil_slow\n"
+        "def test_long(): pass\n"
+    )
+    for words, outcome in (
+        ((), "1 passed, 1 deselected"),
+        (("-m", "hil_slow"), "1 passed, 1 deselected"),
+        (("test_it.py::test_long",), "1 passed in"),
+        (("-m", "hil_slow or not hil_slow"), "2 passed"),
+    ):
+        assert outcome in run(tmp_path, *words).stdout, words
+
+
 def test_what_cannot_be_written_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text("def test_it(hil_oracle): pass\n")
     words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=no/r.html")

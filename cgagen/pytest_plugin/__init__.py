@@ -75,7 +75,7 @@ MARKERS = (
     "hil_req(id, ...): requirements that this test stands for",
     "hil_trace(file, ...): traces for the fixture hil_trace, beside the test's own file",
     "hil_vectors(file, ...): tables for the fixture hil_vectors, likewise",
-    "hil_slow: minutes rather than seconds",
+    "hil_slow: minutes rather than seconds; runs when it is named, or by -m hil_slow",
 )
 
 
@@ -131,7 +131,17 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep the tests of a wire in one worker of pytest-xdist."""
+    """Leave long tests out that nobody asked for; keep those of a wire in one worker of xdist."""
+    if "slow" not in (config.getoption("markexpr", "") or ""):
+        named = [word for word in config.args if "::" in word]
+        long = [
+            item
+            for item in items
+            if item.get_closest_marker("hil_slow") and not any(item.nodeid in one for one in named)
+        ]
+        if long:
+            config.hook.pytest_deselected(items=long)
+            items[:] = [item for item in items if item not in long]
     if config.pluginmanager.hasplugin("xdist") and on_wires(config):
         for item in items:
             if "hil_target" in getattr(item, "fixturenames", ()):

@@ -36,7 +36,9 @@ class Option(NamedTuple):
 
 
 OPTIONS = (
-    Option("target", "URL", "emulator (default), simulator, serial:PORT, can:...", many=True),
+    Option(
+        "target", "URL", "emulator (default), simulator, serial[-reset]:PORT, can:...", many=True
+    ),
     Option("genome", "FILE", "Genome to build and try.", path=True),
     Option("robot", "NAME|FILE", "Robot to build and try."),
     Option("build", "DIR", "Build folder to try as it is.", path=True),
@@ -61,7 +63,7 @@ class HilConfig:
     """What was asked for.
 
     Attributes:
-        targets: URLs: `emulator`, `simulator`, `serial:PORT`, `can:...`.
+        targets: URLs: `emulator`, `simulator`, `serial:PORT`, `serial-reset:PORT`, `can:...`.
         genome: a genome's file, or None for the reference.
         robot: a robot's name or file, or None.
         build: a build folder, or None.

@@ -4,9 +4,9 @@ from cgagen.errors import CgagenError, IdentityError, RigError, TargetTimeout
 from hil.subject import Subject
 from hil.target import Target
 from hil.targets import make_target
+from hil.wired import SERIAL, SERIAL_RESET
 
 AUTO, ALWAYS, NEVER = "auto", "always", "never"
-SERIAL = "serial:"
 
 
 def open_target(url: str, subject: Subject, flash: str = NEVER, reruns: int = 0) -> Target:
@@ -24,7 +24,7 @@ def open_target(url: str, subject: Subject, flash: str = NEVER, reruns: int = 0)
         RigError: the target is sick, or cannot be loaded.
         CgagenError: see `cgagen.flash.flash_image`.
     """
-    serial = url.startswith(SERIAL)
+    serial = url.partition(":")[0] in (SERIAL, SERIAL_RESET)
     if flash == ALWAYS and serial:
         load_main(url, subject)
     try:
@@ -72,4 +72,4 @@ def load_main(url: str, subject: Subject) -> None:
     """
     from cgagen.flash import flash_image
 
-    flash_image(url.removeprefix(SERIAL), subject.images["main"])
+    flash_image(url.partition(":")[2], subject.images["main"])

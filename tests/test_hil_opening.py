@@ -67,6 +67,9 @@ def test_another_program_is_loaded_over_once(
     assert bench.flashes == 1
     assert f"flash /dev/somewhere {subject.images['main'].digest[:8]}" in bench.done
     assert bench.done[-1] == "open"
+    reset = Bench(IdentityError("another image"))
+    opened(monkeypatch, subject, reset, URL.replace("serial", "serial-reset"), "auto")
+    assert f"flash /dev/somewhere {subject.images['main'].digest[:8]}" in reset.done
     stubborn = Bench(IdentityError("first"), IdentityError("again"))
     with pytest.raises(IdentityError, match="again"):
         opened(monkeypatch, subject, stubborn, URL, "auto", 5)

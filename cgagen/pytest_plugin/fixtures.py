@@ -223,9 +223,9 @@ def shown(url: str, named: tuple[str, ...]) -> str:
     ('serial:/dev/ttyUSB0', 'emulator:registers')
     """
     kind, _, rest = url.partition(":")
-    if url in named or kind not in ("serial", "can"):
+    if url in named or kind not in ("serial", "serial-reset", "can"):
         return url
-    return kind if kind == "serial" else f"{kind}:{rest.partition(':')[0]}"
+    return f"can:{rest.partition(':')[0]}" if kind == "can" else kind
 
 
 def reset(target: "Target") -> None:

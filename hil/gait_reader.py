@@ -12,6 +12,8 @@ from cgagen.emulator.bench import Bench
 from cgagen.robot import Robot
 from cgagen.robot.gait import phases_of, pulses_counts
 
+FOREVER_NS = 1 << 62
+
 Frame = tuple[int, ...]
 """Widths in ns, in the order of the robot's servos."""
 
@@ -217,25 +219,30 @@ class Train:
         return [len(one) for one in self.pulses]
 
     def cut(self, times_ns: Sequence[int]) -> list["Train"]:
-        """Return what lies between these times, and behind the last; whole frames alone.
+        """Return what lies between these times, and behind the last.
 
-        A frame belongs where its first servo's pulse begins.
+        A frame belongs where the first of its pulses begins. One that a reset has broken off leaves
+        some servos with a pulse more than others; the last one is left out where it is not whole.
         """
-        whole = [one[: min(self.counts())] for one in self.pulses]
-        ends = [*times_ns[1:], whole[0][-1].start_ns + 1 if whole[0] else 0]
-        return [
+        first = min(
+            (one for one in self.pulses if one), key=lambda one: one[0].start_ns, default=()
+        )
+        begins = [
+            next((pulse.start_ns for pulse in first if pulse.start_ns >= time_ns), FOREVER_NS)
+            for time_ns in times_ns
+        ]
+        trains = [
             Train(
                 tuple(
-                    tuple(
-                        pulse
-                        for pulse, first in zip(one, whole[0], strict=True)
-                        if begin_ns <= first.start_ns < end_ns
-                    )
-                    for one in whole
+                    tuple(pulse for pulse in one if begin_ns <= pulse.start_ns < end_ns)
+                    for one in self.pulses
                 )
             )
-            for begin_ns, end_ns in zip(times_ns, ends, strict=True)
+            for begin_ns, end_ns in zip(begins, [*begins[1:], FOREVER_NS], strict=True)
         ]
+        last = trains[-1]
+        whole = min(last.counts())
+        return [*trains[:-1], Train(tuple(one[:whole] for one in last.pulses))]
 
     def frames(self) -> list[Frame] | None:
         """Return the frames; None where a servo lacks a pulse or has one too many."""

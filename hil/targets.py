@@ -6,14 +6,15 @@ from hil.emulated import PinsTarget
 from hil.simulated import SimulatedTarget
 from hil.subject import Subject
 from hil.target import Target
-from hil.wired import WiredTarget
+from hil.wired import SERIAL, SERIAL_RESET, WiredTarget
 
 
 def make_target(url: str, subject: Subject) -> Target:
     """Return a target, not yet open.
 
     Args:
-        url: `simulator`, `emulator`, `serial:PORT` with a device or a URL of pyserial's, or
+        url: `simulator`, `emulator`, `serial:PORT` with a device or a URL of pyserial's,
+            `serial-reset:PORT` likewise, which resets it by DTR when it is opened, or
             `can:INTERFACE:CHANNEL` with python-can's words, as `hil.rig_url` has it.
         subject: what it is to try.
 
@@ -25,10 +26,11 @@ def make_target(url: str, subject: Subject) -> Target:
         return SimulatedTarget(subject)
     if url == "emulator":
         return PinsTarget(subject)
-    if kind == "serial" and rest:
-        return WiredTarget(rest, subject)
+    if kind in (SERIAL, SERIAL_RESET) and rest:
+        return WiredTarget(rest, subject, reset=kind == SERIAL_RESET)
     if kind == "can":
         return CanTarget(url, subject)
     raise RigError(
-        f"{url}: no such target; say simulator, emulator, serial:PORT or can:INTERFACE:CHANNEL"
+        f"{url}: no such target; say simulator, emulator, serial:PORT, serial-reset:PORT or "
+        "can:INTERFACE:CHANNEL"
     )

@@ -7,11 +7,14 @@ said on the wire is `cgagen.link.bench_hook`'s; here is who is asked, and what m
 from itertools import count
 
 from cgagen.bench_protocol import Banner, reading_text
-from cgagen.errors import IdentityError, TargetTimeout
+from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.link.bench_hook import BenchHook, banner_in
 from cgagen.stamp.image import Image
 from hil.subject import Subject
 from hil.target import IMAGE, STATE, Identity, InWith, Observation, Stimulus
+
+SERIAL, SERIAL_RESET = "serial", "serial-reset"
+"""How the name of such a target begins: left alone, or reset when it is opened."""
 
 
 class WiredChip(InWith):
@@ -21,6 +24,8 @@ class WiredChip(InWith):
         port: device path, or a URL of pyserial's.
         subject: what is to be in the chip.
         gaps: leave the pauses that a Stamp needs; a server of emulated chips leaves them itself.
+        reset: pulse ATN by DTR when it is opened. Otherwise it has to listen: a Stamp does so for
+            half a second after a reset, and in bench mode.
 
     Attributes:
         hook: the conversation.
@@ -29,9 +34,10 @@ class WiredChip(InWith):
 
     chip: str
 
-    def __init__(self, port: str, subject: Subject, gaps: bool = True) -> None:
-        self.url = f"serial:{port}"
+    def __init__(self, port: str, subject: Subject, gaps: bool = True, reset: bool = False) -> None:
+        self.url = f"{SERIAL_RESET if reset else SERIAL}:{port}"
         self.subject = subject
+        self._resets = reset
         self.hook = BenchHook(port, gaps)
 
     @property
@@ -48,7 +54,9 @@ class WiredChip(InWith):
         """
         self.hook.open()
         try:
-            self.hook.hello()
+            if self._resets:
+                self._compare(self.hook.reset())
+            self._greet()
             self._prove()
         except BaseException:
             self.close()
@@ -81,6 +89,15 @@ class WiredChip(InWith):
         digest = Image(self.subject.images[self.chip].model, eeprom).digest
         return Identity(banner.robot, banner.genome, {self.chip: digest}, self.hook.nonce)
 
+    def _greet(self) -> None:
+        """Say hello; a chip that does not listen is at work, and nothing is known of it."""
+        try:
+            self.hook.hello()
+        except TargetTimeout as error:
+            raise RigError(
+                f"{error}, or have it reset by DTR: {SERIAL_RESET}:{self.hook.port}"
+            ) from error
+
     def _prove(self) -> None:
         found = self.identity().images[self.chip]
         wanted = self.subject.images[self.chip].digest
@@ -110,8 +127,8 @@ class WiredTarget(WiredChip):
     chip = "main"
     caps = frozenset({STATE, IMAGE})
 
-    def __init__(self, port: str, subject: Subject, gaps: bool = True) -> None:
-        super().__init__(port, subject, gaps)
+    def __init__(self, port: str, subject: Subject, gaps: bool = True, reset: bool = False) -> None:
+        super().__init__(port, subject, gaps, reset)
         self._questions = count(0)
 
     def decide(self, stimulus: Stimulus) -> Observation:

@@ -17,6 +17,7 @@ from hil.registers import calibration
 from hil.stimuli import every_state, thresholds
 from hil.subject import Subject, read_subject
 from hil.target import Stimulus
+from hil.targets import make_target
 from hil.verify import try_target
 from hil.wired import WiredTarget
 
@@ -179,3 +180,23 @@ def test_a_chip_that_lives_and_does_not_answer_has_failed(monkeypatch: pytest.Mo
         trial = compare(one, target, [calibration(one.robot)])
         target.close()
     assert trial.verdict is Verdict.PASS
+
+
+def test_a_robot_at_work_is_reset_where_that_is_asked_for() -> None:
+    """Otherwise it is left alone, and the bench is sick, not the firmware."""
+    one = subject("prey")
+    with BytePipe(bench(one), "main", "rfc2217") as pipe:
+        name = f"serial-reset:{pipe.url}"
+        first = make_target(name, one)
+        first.open()
+        first.close()
+        with BenchHook(pipe.url) as hook:
+            hook.hello()
+            hook.leave()
+        trial = try_target(one, lambda: make_target(f"serial:{pipe.url}", one), [])
+        assert trial.verdict is Verdict.BLOCKED
+        assert trial.reason.endswith(f"or have it reset by DTR: {name}")
+        target = make_target(name, one)
+        target.open()
+        assert target.identity().robot == one.robot.name
+        target.close()

@@ -93,7 +93,7 @@ def decisions(
     """
     heard = bytearray()
     listener = Listener(name, port, [heard.extend], lambda _sentence: None, now_s)
-    last_s = now_s()
+    last_s, fault = now_s(), ""
     while now_s() - last_s < SILENCE_S:
         listener.turn(b"")
         lines = list(decoder.lines(bytes(heard)))
@@ -102,7 +102,10 @@ def decisions(
             if line.said is not None:
                 yield line, line.said
                 last_s = now_s()
+            elif line.data["kind"] == "fault":
+                fault = f" ({line.text})"
     raise RigError(
-        f"{name}: no telemetry in {SILENCE_S:g} s; reset the main controller (--reset), and look "
-        "whether its robot file says telemetry = true"
+        f"{name}: no telemetry in {SILENCE_S:g} s{fault}; reset the main controller (--reset), "
+        "switch the locomotion controller off, and look whether the robot file says telemetry = "
+        "true"
     )

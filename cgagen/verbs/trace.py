@@ -44,7 +44,7 @@ def trace_verb() -> None:
     metavar="URL",
     default="simulator",
     show_default=True,
-    help="Who decides: simulator, emulator, serial:PORT, can:INTERFACE/CHANNEL.",
+    help="Who decides: simulator, emulator, serial:PORT, can:INTERFACE:CHANNEL.",
 )
 @click.option("--predator", type=PoseType(), help=f"Where it starts. Default: {FIGURE_7[0]}")
 @click.option("--prey", type=PoseType(), help=f"Where it starts. Default: {FIGURE_7[1]}")

@@ -33,7 +33,8 @@ LEVELS = ("smoke", "boundary", "exhaustive")
     "targets",
     multiple=True,
     metavar="URL",
-    help="Besides the emulator: serial:PORT, can:INTERFACE:CHANNEL. May be repeated.",
+    help="Besides the emulator: serial:PORT, serial-reset:PORT (resets it by DTR first), "
+    "can:INTERFACE:CHANNEL. May be repeated.",
 )
 @click.option("--level", type=click.Choice(LEVELS), default=LEVELS[0], show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="For what chance chooses.")

@@ -82,26 +82,25 @@ def test_a_reset_of_the_main_controller_is_seen_and_clean() -> None:
     assert pipe.failure is None
 
 
-def test_a_reset_stops_a_movement_and_centres(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A movement is under way; behind the reset the legs stand straight, and its sign is new."""
+def test_a_reset_of_the_locomotion_controller_centres_and_forgets() -> None:
+    """Behind it the legs stand straight, the step line is held, and a sign is new again."""
     one = subject("prey")
     bench = bench_of(one)
     gait = GaitReader(one.robot, bench)
-    times_ns = [0]
+    standing, times_ns = gait.rest, [0]
     with BytePipe(bench, "locomotion", "rfc2217") as pipe, WiredLegs(pipe.url, one, False) as legs:
-        with monkeypatch.context() as patch:
-            patch.setattr("cgagen.link.bench_hook.WALK_S", 0.0)
-            with pytest.raises(RigError, match="movement 2 is not over"):
-                legs.move(2, "a")
+        legs.move(6, "a")
         times_ns.append(bench.clock.now_ns)
         legs.reset()
         assert bench.wire("step").level == 0
         times_ns.append(bench.clock.now_ns)
-        legs.move(2, "a")
+        legs.move(6, "a")
     assert pipe.failure is None
-    _, cut, walk = gait.take().cut(times_ns)
-    assert gait.find(walk).command == 2, "begins with the legs straight"
-    assert gait.find(cut).command is None
+    _, centring, walk = gait.take().cut(times_ns)
+    assert gait.find(walk).command == 6, "begins with the legs straight"
+    frames = centring.whole_frames()
+    assert any(abs(a - b) > 4_000 for a, b in zip(frames[0], standing, strict=True))
+    assert all(abs(a - b) <= 4_000 for a, b in zip(frames[-1], standing, strict=True))
 
 
 @pytest.mark.parametrize("kind", ["socket", "pty"])

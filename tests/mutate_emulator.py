@@ -106,12 +106,13 @@ class Fate(StrEnum):
 
 
 def fate_of(copy: Path) -> Fate:
-    """Run the tests on the copy."""
+    """Run the tests on the copy, and the examples in the modules themselves."""
+    examples = [copy / "cgagen" / "emulator" / f"{name}.py" for name in MODULES]
     words = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "--no-header"]
     environment = os.environ | {"PYTHONPATH": str(copy), "HYPOTHESIS_PROFILE": "default"}
     try:
         done = subprocess.run(
-            [*words, *(str(copy / "tests" / name) for name in TESTS)],
+            [*words, *(str(copy / "tests" / name) for name in TESTS), *map(str, examples)],
             cwd=copy, env=environment, capture_output=True, timeout=LIMIT_S, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:

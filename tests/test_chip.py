@@ -142,6 +142,20 @@ def test_run_changes_the_slot_and_keeps_ram_and_pins(tokenizer: Tokenizer) -> No
     assert (made.registers["W0"], made.registers["B2"], made.pins.latch) == (22, 33, 4)
 
 
+def test_run_forgets_gosubs_unless_it_is_chosen_otherwise(tokenizer: Tokenizer) -> None:
+    """A RETURN in the new slot then starts that slot anew; otherwise it takes the slot's GOSUB."""
+    sources = (
+        "GOSUB away\nSTOP\naway: RUN 1",
+        "w VAR Word\nw = w + 1\nIF w = 2 THEN done\nRETURN\n"
+        "GOSUB there\nw = 9\ndone: STOP\nthere: RETURN",
+    )
+    for clears, left in ((True, 2), (False, 9)):
+        choices = replace(CHOICES, run_clears_gosubs=clears)
+        made = chip_of(tokenizer, *sources, model="BS2p", unknowns=choices)
+        made.run(SECOND_NS)
+        assert (made.ended, made.slot, made.registers["W0"]) == (End.STOP, 1, left)
+
+
 def test_the_scratch_pad_shows_the_slots(tokenizer: Tokenizer) -> None:
     source = (
         "b VAR Byte(3)\nSTORE 5\nGET 127, b(0)\nPUT 127, 1\nGET 127, b(1)\n"

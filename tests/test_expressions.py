@@ -1,12 +1,15 @@
 """The stack machine and what is asked about its tokens, at the borders between kinds."""
 
 import pytest
+from chip_programs import chip_of
 
-from cgagen.emulator.expressions import Evaluator, depends_on_pins
+from cgagen.emulator.expressions import Evaluator, depends_on_pins, expression_bits, token_bits
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.registers import Registers
 from cgagen.emulator.unknowns import CHOICES
+from cgagen.stamp.decode import decode
 from cgagen.stamp.program import Kind, Token
+from cgagen.tokenizer import Tokenizer
 
 
 @pytest.mark.parametrize(
@@ -64,3 +67,31 @@ def test_the_index_of_a_store_is_above_its_value() -> None:
     evaluator.store((Token(Kind.CONSTANT, 3), Token(Kind.WRITE, 6, 8, True)), 0x1FF)
     assert (registers["B3"], registers["B2"], registers["B4"]) == (0xFF, 0, 0)
     assert evaluator.value((Token(Kind.CONSTANT, 2), Token(Kind.READ, 7, 8, True))) == 0xFF
+
+
+@pytest.mark.parametrize(
+    ("words", "token"),
+    [
+        *(
+            (str(value), Token(Kind.CONSTANT, value))
+            for value in (0, 1, 2, 3, 512, 513, 1000, 65535)
+        ),
+        ("bits", Token(Kind.READ, 0, 1)),
+        ("nibs", Token(Kind.READ, 0, 4)),
+        ("bytes", Token(Kind.READ, 0, 8)),
+        ("words", Token(Kind.READ, 0, 16)),
+    ],
+)
+def test_a_token_is_as_long_as_the_tokenizer_makes_it(
+    tokenizer: Tokenizer, words: str, token: Token
+) -> None:
+    """One more of it, and one operator, with the bit before each."""
+
+    def stop_at(expression: str) -> int:
+        source = "bits VAR Bit\nnibs VAR Nib\nbytes VAR Byte\nwords VAR Word\nx VAR Word\n"
+        made = chip_of(tokenizer, f"{source}x = {expression}\nSTOP")
+        return decode(made.eeprom(), made.machine.model).instructions[1].address
+
+    longer = stop_at(f"{words} + {words}") - stop_at(words)
+    operator = Token(Kind.OPERATOR, 0x10)
+    assert longer == expression_bits((token, operator)) == token_bits(token) + 8

@@ -5,6 +5,7 @@ import os
 import pty
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from cgagen.errors import RigError
 from cgagen.link import why
 from cgagen.link.port import PortLock, open_port
 from cgagen.link.ports import PortInfo, all_ports, choose_port
+from cgagen.link.prompted import PromptedPort
 
 ONE = PortInfo("/dev/ttyUSB0", 0x0403, 0x6001, "A1", "FT232R")
 TWO = PortInfo("/dev/ttyUSB1", 0x0403, 0x6001, "B2")
@@ -138,3 +140,17 @@ def test_pyserial_says_why_in_numbers() -> None:
     with pytest.raises(serial.SerialException) as met:
         serial.Serial("/dev/there-is-no-such-port")
     assert met.value.errno == errno.ENOENT
+
+
+def test_a_prompt_with_something_behind_it_is_old(tmp_path: Path) -> None:
+    """A host that was away finds several; behind the first of them it would stay behind."""
+    master, host = pty.openpty()
+    with PromptedPort(os.ttyname(host)) as port:
+        os.write(master, b">>\r:1 F2\r>>")
+        soon = time.monotonic() + 60
+        assert port.await_prompt(soon)
+        assert port.opened().in_waiting == 0
+        os.write(master, b">x")
+        assert not port.await_prompt(time.monotonic() + 0.1)
+    os.close(host)
+    os.close(master)

@@ -75,9 +75,13 @@ class PromptedPort:
         self.write(request, 0)
 
     def await_prompt(self, deadline: float) -> bool:
-        """Wait for a prompt; says whether one came in time."""
+        """Wait for a prompt; says whether one came in time.
+
+        One with something behind it is old: a host that was away for a while would stay behind
+        for ever.
+        """
         while time.monotonic() < deadline:
-            if self.read() == PROMPT:
+            if self.read() == PROMPT and not self._waiting():
                 return True
         return False
 
@@ -122,6 +126,14 @@ class PromptedPort:
         if data:
             self._heard_s = time.monotonic()
         return data.decode("latin-1")
+
+    def _waiting(self) -> int:
+        """Return whether characters have come that were not read."""
+        try:
+            count: int = self.opened().in_waiting
+        except (OSError, TypeError, serial.SerialException) as error:
+            raise RigError(f"{self.port}: lost ({error}); look at the cable") from error
+        return count
 
     def opened(self) -> serial.SerialBase:
         """Return the open port. Raises RigError."""

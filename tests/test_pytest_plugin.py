@@ -1,9 +1,12 @@
 """The plugin in the runs of others: harmless, and usable from a project of their own."""
 
+import io
 import json
 import os
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -30,6 +33,34 @@ def run(folder: Path, *words: str, **environment: str) -> subprocess.CompletedPr
         timeout=120,
         check=False,
     )
+
+
+@dataclass
+class Ended:
+    """What `run` returns, as far as it is looked at."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def inside(folder: Path, *words: str, **environment: str) -> Ended:
+    """Run pytest likewise in this process: what it imports is here already."""
+    modules, path = set(sys.modules), list(sys.path)
+    out, err = io.StringIO(), io.StringIO()
+    plain = ("-q", "-p", "no:cacheprovider", "-p", "no:faulthandler", "--capture=sys")
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.chdir(folder)
+        for key in [key for key in os.environ if key.startswith("CGAGEN_HIL")]:
+            patch.delenv(key)
+        for key, value in environment.items():
+            patch.setenv(key, value)
+        code = int(pytest.main([*plain, "--rootdir", str(folder), *words]))
+    sys.path[:] = path
+    for name in set(sys.modules) - modules:
+        if name.startswith("test_"):
+            del sys.modules[name]
+    return Ended(code, out.getvalue(), err.getvalue())
 
 
 def test_it_is_loaded_and_imports_nothing_of_ours(tmp_path: Path) -> None:
@@ -82,13 +113,15 @@ def test_a_project_with_a_folder_of_our_name_runs(tmp_path: Path, room: str) -> 
 
 def test_a_user_tries_a_build_from_a_project_of_their_own(tmp_path: Path) -> None:
     (tmp_path / "test_robot.py").write_text(USER_TEST)
-    ended = run(tmp_path, "--hil-build", str(FIRMWARE / "prey"))
+    ended = run(tmp_path, f"--hil-build={FIRMWARE / 'prey'}")
     assert ended.returncode == 0, ended.stdout
     assert "1 passed" in ended.stdout
-    ended = run(tmp_path, CGAGEN_HIL_BUILD=str(FIRMWARE / "prey"), CGAGEN_HIL_TARGET="serial:/no")
+    ended = inside(
+        tmp_path, CGAGEN_HIL_BUILD=str(FIRMWARE / "prey"), CGAGEN_HIL_TARGET="serial:/no"
+    )
     assert ended.returncode == 1
     assert "/no: cannot be opened" in ended.stdout
-    ended = run(tmp_path, "--hil-build", str(FIRMWARE / "prey"), CGAGEN_HIL_LEVEL="deep")
+    ended = inside(tmp_path, f"--hil-build={FIRMWARE / 'prey'}", CGAGEN_HIL_LEVEL="deep")
     assert "the level is one of smoke, boundary" in ended.stdout + ended.stderr
 
 
@@ -102,13 +135,13 @@ def test_what_a_target_cannot_do_is_skipped_or_refused(tmp_path: Path) -> None:
         "@pytest.mark.hil_hardware\n"
         "def test_wire(hil_target): pass\n"
     )
-    words = ("--hil-build", str(FIRMWARE / "prey"), "--hil-target", "simulator")
-    ended = run(tmp_path, *words, "--strict-markers", "-k", "state or power")
+    words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-target", "simulator")
+    ended = inside(tmp_path, *words, "--strict-markers", "-k", "state or power")
     assert "1 passed, 1 skipped" in ended.stdout, ended.stdout
-    ended = run(tmp_path, *words, "--hil-require", "-k", "power")
+    ended = inside(tmp_path, *words, "--hil-require", "-k", "power")
     assert "simulator cannot show: power" in ended.stdout
     assert ended.returncode == 1
-    ended = run(tmp_path, "-k", "wire")
+    ended = inside(tmp_path, "-k", "wire")
     assert "2 skipped" in ended.stdout, ended.stdout
 
 
@@ -128,9 +161,9 @@ def test_command_line_before_ini_file_before_environment(tmp_path: Path) -> None
     )
     words = ("--hil-level", "exhaustive", "--hil-require", "--hil-vcd=fail")
     given = {"CGAGEN_HIL_SEED": "9", "CGAGEN_HIL_RERUNS": "3", "CGAGEN_HIL_LEVEL": "smoke"}
-    ended = run(tmp_path, *words, **given)
+    ended = inside(tmp_path, *words, **given)
     assert ended.returncode == 0, ended.stdout
-    ended = run(tmp_path, CGAGEN_HIL_RERUNS="often")
+    ended = inside(tmp_path, CGAGEN_HIL_RERUNS="often")
     assert "reruns is often; it is a number from 0" in ended.stdout
 
 
@@ -172,7 +205,7 @@ def test_what_a_run_leaves_behind_and_the_same_bytes_again(tmp_path: Path) -> No
         words = (f"--hil-record={out}/told", "--hil-vcd=fail", f"--hil-artifacts={out}/kept")
         words += (f"--hil-report={out}", f"--hil-coverage={out}/lines.info")
         words += ("--hil-requirements=ids.toml", f"--hil-build={FIRMWARE / 'prey'}")
-        ended = run(tmp_path, *words)
+        ended = inside(tmp_path, *words)
         assert "1 failed, 3 passed, 1 skipped" in ended.stdout, ended.stdout
         assert "coverage prey/main.bsp: " in ended.stdout
         files = sorted(path for path in out.rglob("*") if path.is_file())
@@ -201,7 +234,7 @@ def test_what_a_run_leaves_behind_and_the_same_bytes_again(tmp_path: Path) -> No
     ]
     assert str(tmp_path) not in told["hil-report.html"].decode()
     assert told["lines.info"].startswith(b"TN:\nSF:prey/main.bsp\n")
-    replayed = run(
+    replayed = inside(
         tmp_path,
         *(f"--hil-build={FIRMWARE / 'prey'}", "-k", "test_trace"),
         "--hil-trace=one/told/test_own.py-test_readings-named-emulator-target.log",
@@ -211,10 +244,7 @@ def test_what_a_run_leaves_behind_and_the_same_bytes_again(tmp_path: Path) -> No
 
 def test_a_long_test_runs_when_it_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text(
-        "import pytest\n"
-        "def test_short(): pass\n"
-        "@pytest.mark.hil_slow\n"
-        "def test_long(): pass\n"
+        "import pytest\ndef test_short(): pass\n@pytest.mark.hil_slow\ndef test_long(): pass\n"
     )
     for words, outcome in (
         ((), "1 passed, 1 deselected"),
@@ -222,16 +252,16 @@ def test_a_long_test_runs_when_it_is_asked_for(tmp_path: Path) -> None:
         (("test_it.py::test_long",), "1 passed in"),
         (("-m", "hil_slow or not hil_slow"), "2 passed"),
     ):
-        assert outcome in run(tmp_path, *words).stdout, words
+        assert outcome in inside(tmp_path, *words).stdout, words
 
 
 def test_what_cannot_be_written_is_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text("def test_it(hil_oracle): pass\n")
     words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=no/r.html")
-    ended = run(tmp_path, *words)
+    ended = inside(tmp_path, *words)
     assert (ended.returncode, "there is no folder no" in ended.stderr) == (4, True)
     (tmp_path / "taken").write_text("")
-    ended = run(tmp_path, words[0], "--hil-coverage=taken/lines.info")
+    ended = inside(tmp_path, words[0], "--hil-coverage=taken/lines.info")
     assert (ended.returncode, "not written: taken: " in ended.stdout) == (4, True), ended.stdout
     assert "INTERNALERROR" not in ended.stdout
 
@@ -277,7 +307,7 @@ def test_a_sick_bench_is_asked_again_and_a_wrong_decision_is_not(
     text = SICK.replace("ILLS", str(ills)).replace("WANTED", str(wanted))
     (tmp_path / "test_sick.py").write_text(text)
     build = f"--hil-build={FIRMWARE / 'prey'}"
-    ended = run(tmp_path, build, f"--hil-reruns={reruns}", "--hil-report=r.json")
+    ended = inside(tmp_path, build, f"--hil-reruns={reruns}", "--hil-report=r.json")
     assert outcome in ended.stdout, ended.stdout
     assert json.loads((tmp_path / "r.json").read_text())["verdict"] == verdict
 
@@ -291,9 +321,8 @@ def test_workers_of_xdist_share_one_report(tmp_path: Path) -> None:
         "    hil_check(hil_oracle, hil_stimuli[part::4])\n"
     )
     reports = []
-    for workers in ("0", "2"):
-        words = (f"--hil-build={FIRMWARE / 'prey'}", "-n", workers, "--hil-report=r.json")
-        ended = run(tmp_path, *words)
+    for ran, more in ((inside, ()), (run, ("-n", "2"))):
+        ended = ran(tmp_path, f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=r.json", *more)
         assert "4 passed" in ended.stdout, ended.stdout
         reports.append(json.loads((tmp_path / "r.json").read_text()))
     alone, shared = (report["robots"] for report in reports)

@@ -154,8 +154,9 @@ class HilSession:
             words = [nodeid, *self._options()]
         else:
             words = without_outputs(list(map(str, self.config.invocation_params.args)))
-        root = f"{self.config.invocation_params.dir}/"
-        return shlex.join(["pytest", *(word.replace(root, "") for word in words)])
+        root = str(self.config.invocation_params.dir)
+        here = ("." if word == root else word.replace(f"{root}/", "") for word in words)
+        return shlex.join(["pytest", *here])
 
     def _options(self) -> list[str]:
         """Return the options of this run that say what is tried."""

@@ -328,6 +328,16 @@ def test_ram_is_cleared_and_slot_0_runs_after_a_download(tokenizer: Tokenizer) -
     assert port.chip.slot == 0
 
 
+def test_lines_of_the_source_hold_while_the_bytes_do(tokenizer: Tokenizer) -> None:
+    compiled = tokenizer.compile(HELLO % "BS2")
+    bench = bench_of_sources({0: compiled})
+    port = HostPort(bench)
+    download(port, packets_of(compiled.image))
+    assert bench.programs["main"] == {0: compiled}
+    download(port, [packet(3, b"\1" * 16)])
+    assert not bench.programs.get("main")
+
+
 # --- What goes wrong ----------------------------------------------------------------------------
 
 

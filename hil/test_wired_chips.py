@@ -7,7 +7,7 @@ import pytest
 from cgagen.emulator.bench import Bench
 from cgagen.errors import IdentityError, RigError
 from hil.emulated import robot_bench
-from hil.gait_reader import GaitReader
+from hil.gait_reader import Frame, GaitReader
 from hil.pipe import BytePipe
 from hil.simulated import SimulatedTarget
 from hil.stimuli import every_state
@@ -35,6 +35,10 @@ def bench_of(one: Subject, chip: str = "locomotion") -> Bench:
     return bench
 
 
+def alike(frame: Frame, other: Frame) -> bool:
+    return all(abs(a - b) <= 4_000 for a, b in zip(frame, other, strict=True))
+
+
 @pytest.mark.parametrize(("role", "kind"), [("predator", "socket"), ("prey", "pty")])
 def test_a_locomotion_controller_walks_on_a_wire(role: str, kind: str) -> None:
     """Movements are read from the pulses of twelve servos; a repeated sign is walked once."""
@@ -59,11 +63,8 @@ def test_a_locomotion_controller_walks_on_a_wire(role: str, kind: str) -> None:
     assert gait.rested(talk) == ""
     assert [gait.find(walk).command for walk in walks] == [*order, 6]
     assert gait.rested(again) == ""
-    gait.rest = standing
-    assert gait.rested(centred) != "", "the legs come from elsewhere"
-    frames = centred.frames()
-    assert frames is not None
-    assert all(abs(a - b) <= 4_000 for a, b in zip(frames[-1], standing, strict=True))
+    assert not alike(gait.rest, standing), "the legs come from elsewhere"
+    assert alike(centred.whole_frames()[-1], standing)
 
 
 def test_a_reset_of_the_main_controller_is_seen_and_clean() -> None:
@@ -96,11 +97,11 @@ def test_a_reset_of_the_locomotion_controller_centres_and_forgets() -> None:
         times_ns.append(bench.clock.now_ns)
         legs.move(6, "a")
     assert pipe.failure is None
-    _, centring, walk = gait.take().cut(times_ns)
-    assert gait.find(walk).command == 6, "begins with the legs straight"
-    frames = centring.whole_frames()
-    assert any(abs(a - b) > 4_000 for a, b in zip(frames[0], standing, strict=True))
-    assert all(abs(a - b) <= 4_000 for a, b in zip(frames[-1], standing, strict=True))
+    before, centring, walk = (train.whole_frames() for train in gait.take().cut(times_ns))
+    assert not alike(before[-1], standing), "a movement ends elsewhere"
+    assert alike(centring[-1], standing)
+    assert alike(walk[0], standing)
+    assert not alike(walk[-1], standing), "it was walked again"
 
 
 @pytest.mark.parametrize("kind", ["socket", "pty"])

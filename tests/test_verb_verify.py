@@ -94,6 +94,7 @@ def test_the_exhaustive_level_is_a_proof(tmp_path: Path) -> None:
     assert data["trials"]["emulator"]["left_out"] == 0
     assert data["again"].endswith("--level exhaustive --seed 1")
     assert "proven for every reading" in page.read_text("utf-8")
+    assert "a sample" not in page.read_text("utf-8")
 
 
 def test_a_program_that_is_not_understood_is_unproven(build: Path, tokenizer: Tokenizer) -> None:

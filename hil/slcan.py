@@ -1,7 +1,7 @@
 """A CAN adapter on a serial line, as LAWICEL's CANUSB speaks it, with an emulated rig as its bus.
 
 Lines end with CR; CR is yes and BELL is no. What comes from the bus comes as lines between the
-answers. Ref: LAWICEL, CAN232 manual 3.0.
+answers. Ref: S21.
 """
 
 import re

@@ -9,8 +9,8 @@ Every byte that the host sends comes back to it by the wiring alone (`Uart.echo`
 knows nothing of that. While it answers or burns it hears nothing, as a chip that has its bits
 timed by its program. Durations are the bench's.
 
-`cgagen.emulator.host_port.HostPort` is the computer's side of it. Ref: bstamp, stampbc,
-bs2-serial 0.15.0; FIDELITY.md says what of it is doubtful.
+`cgagen.emulator.host_port.HostPort` is the computer's side of it. Ref: S18, S19,
+S17; FIDELITY.md says what of it is doubtful.
 """
 
 from collections.abc import Callable
@@ -26,10 +26,10 @@ from cgagen.emulator.rom import identity
 from cgagen.stamp.packets import BLOCK_BYTES, PACKET_BYTES
 
 ATN_NS = 2_000_000
-"""A shorter pulse on ATN does not reset. Ref: bstamp (a host holds it for 2 ms at least)."""
+"""A shorter pulse on ATN does not reset. Ref: S18 (a host holds it for 2 ms at least)."""
 
 LOOK_NS = 36_000_000
-"""The line must be at space for so long behind the reset. Ref: bstamp (a host waits that)."""
+"""The line must be at space for so long behind the reset. Ref: S18 (a host waits that)."""
 
 PULSE_NS = 5_000_000
 """What a capacitor between DTR and ATN makes of an edge. Choice."""
@@ -41,7 +41,7 @@ BURN_NS = 10_000_000
 """The EEPROM's time for one block. Choice: the most that its kind takes."""
 
 GOOD, MISHEARD, UNBURNED = 0, 1, 2
-"""What a packet is answered with. Ref: bstamp."""
+"""What a packet is answered with. Ref: S18."""
 
 PACKET_BIT = 0x80
 
@@ -50,7 +50,7 @@ class Atn(StrEnum):
     """What lies between a computer's DTR and a chip's ATN."""
 
     DIRECT = "direct"
-    """Asserted is reset, for as long as it lasts. Ref: S9 (1.8) p. 308; bstamp."""
+    """Asserted is reset, for as long as it lasts. Ref: S9 (1.8) p. 308; S18."""
     CAPACITOR = "capacitor"
     """An edge to asserted is a short reset. Ref: S9 (1.8) p. 308, two of 0.1 uF; most boards
     have them, as far as we know. bs2-serial leaves DTR asserted and needs them."""

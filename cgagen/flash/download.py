@@ -26,7 +26,7 @@ ATTEMPTS = 3
 """Choice."""
 
 PACKET_MS = 1_000
-"""How long a packet's acknowledgement may take. Ref: bs2-serial 0.15.0."""
+"""How long a packet's acknowledgement may take. Ref: S17."""
 
 TAIL_MS = 50
 """How long nothing may follow the last acknowledgement: longer than a packet's writing takes, so
@@ -36,13 +36,13 @@ START_MS = 300
 """How long the program has to say something before it is started by a reset. Choice."""
 
 SIGN_OFF = 0x00
-"""Ends the loader. Ref: bs2-serial 0.15.0, which sends it always; what it does is inferred."""
+"""Ends the loader. Ref: S17, which sends it always; what it does is inferred."""
 
 SIGN_OFFS = 2
 """How often it is sent while no echo comes. Choice."""
 
 TAKEN, BROKEN, WORN = 0x00, 0x01, 0x02
-"""Acknowledgements: taken, checksum or communication error, EEPROM error. Ref: bstamp."""
+"""Acknowledgements: taken, checksum or communication error, EEPROM error. Ref: S18."""
 
 
 @dataclass(slots=True)

@@ -8,7 +8,7 @@ from cgagen.flash.requests import Conversation, Enter, Hear, Symptom, TroubleErr
 from cgagen.stamp.chips import Chip, chip
 
 REPLY_MS = 200
-"""How long a module may take to answer a challenge. Ref: bs2-serial 0.15.0."""
+"""How long a module may take to answer a challenge. Ref: S17."""
 
 QUIET_MS = 20
 """How long nothing may follow an answer; a second echo would. Choice: 20 bytes' time."""

@@ -19,13 +19,13 @@ from cgagen.flash.requests import (
 T = TypeVar("T")
 
 ATN_MS = 10
-"""How long DTR is asserted. Ref: bstamp and stampbc, which quote Parallax: 2 ms or more."""
+"""How long DTR is asserted. Ref: S18 and S19, which quote Parallax: 2 ms or more."""
 
 BREAK_MS = 60
-"""How long BREAK outlasts the reset. Ref: likewise 36 ms or more; bs2-serial 0.15.0 takes 60."""
+"""How long BREAK outlasts the reset. Ref: likewise 36 ms or more; S17 takes 60."""
 
 SETTLE_MS = 20
-"""How long the line rests after BREAK, which comes back as one broken byte. Ref: bstamp."""
+"""How long the line rests after BREAK, which comes back as one broken byte. Ref: S18."""
 
 SETTLE_ROUNDS = 3
 """How often input is thrown away until the line is silent; adapters deliver late. Choice."""

@@ -3,11 +3,14 @@
 They are of the reference genome; firmware of another genome is given their readings alone.
 """
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from cgagen.robot import load_robot
+from hil.equivalence import Trial
 from hil.registers import RegisterTarget
 from hil.simulated import SimulatedTarget
 from hil.subject import Subject
@@ -15,8 +18,11 @@ from hil.target import Target
 from hil.traces import Trace, read_trace, replay
 from hil.traces.recording import without_decisions
 from hil.traces.shipped import FIRMWARE, FOLDER, ROLES, reference, write_all
+from hil.traces.sidecar import read_origin
 
 pytestmark = pytest.mark.hil_req("TRACES")
+
+Check = Callable[[Target, Trace], Trial]
 
 
 def traces_of(subject: Subject) -> list[Trace]:
@@ -50,8 +56,25 @@ def test_traces_replay_from_registers(hil_subject: Subject, hil_registers: Regis
     passes(hil_subject, hil_registers)
 
 
-def test_traces_replay_on_the_target(hil_subject: Subject, hil_target: Target) -> None:
-    passes(hil_subject, hil_target)
+def test_traces_replay_on_the_target(
+    hil_subject: Subject, hil_target: Target, hil_config: Any, hil_check: Check
+) -> None:
+    """The recorded ones, or those of `--hil-trace`."""
+    traces = traces_of(hil_subject)
+    if hil_config.traces:
+        traces = [one for path in hil_config.traces for one in named(path, hil_subject)]
+    if not traces:
+        pytest.skip(f"no trace of a {hil_subject.role} was named")
+    for trace in traces:
+        trial = hil_check(hil_target, trace)
+        assert trial.decisions + trial.left_out == len(trace.samples)
+
+
+def named(path: Path, subject: Subject) -> list[Trace]:
+    """Return the trace in a file, unless it is of the other kind of robot."""
+    origin = read_origin(path, str(path))
+    other = origin is not None and origin.role is not subject.role
+    return [] if other else [read_trace(path, subject.robot)]
 
 
 @pytest.mark.skipif(not FIRMWARE.is_dir(), reason="the reference firmware is in a checkout only")

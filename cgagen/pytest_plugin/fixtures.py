@@ -81,7 +81,8 @@ def hil_judge(
 
     def judge(trial: "Trial") -> "Trial":
         named = replace(trial, target=shown(trial.target, hil_config.targets))
-        session.note(request.node.nodeid, hil_subject, named)
+        name = " ".join([request.node.nodeid, *(Path(one).name for one in _traces(trial))])
+        session.note(name, hil_subject, named)
         request.node.user_properties += [
             ("hil_target", named.target),
             (VERDICT, str(trial.verdict)),
@@ -226,6 +227,12 @@ def shown(url: str, named: tuple[str, ...]) -> str:
     if url in named or kind not in ("serial", "serial-reset", "can"):
         return url
     return f"can:{rest.partition(':')[0]}" if kind == "can" else kind
+
+
+def _traces(trial: "Trial") -> list[str]:
+    """Return the file of a replay: one test may have several."""
+    name: str = getattr(trial, "trace", "")
+    return [name] if name else []
 
 
 def reset(target: "Target") -> None:

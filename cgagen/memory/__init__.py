@@ -4,10 +4,10 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cgagen.errors import BudgetError
-from cgagen.stamp.data import DataBlock, data_of
 from cgagen.memory.routines import nesting, routines_of
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.compiled import Compiled, VariableCounts
+from cgagen.stamp.data import DataBlock, data_of
 
 __all__ = ["DEEPEST_GOSUB", "MOST_GOSUBS", "DataBlock", "MemoryReport", "ProgramPart", "report"]
 

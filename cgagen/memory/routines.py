@@ -9,8 +9,8 @@ program slot does (RUN, POLLRUN), nor a program that rewrites itself.
 import re
 from dataclasses import dataclass, field
 
-from cgagen.stamp.scan import START, Label, Piece, blanked, labels_of, pieces_of
 from cgagen.stamp.compiled import Compiled
+from cgagen.stamp.scan import START, Label, Piece, blanked, labels_of, pieces_of
 
 _ENDS = frozenset({"GOTO", "RETURN", "END", "STOP", "RUN"})
 """Statements that nothing follows. Ref: S2 chapter 5."""

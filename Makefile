@@ -48,7 +48,7 @@ hil-colony: setup          ## whole robots from all 100 fixed starts: a quarter 
 	$(BIN)/python -m pytest hil/test_colony.py -q -m slow
 
 hil-parting: setup         ## how far robots without referee, and on three lines, part from the simulator
-	$(BIN)/python -m hil.rates
+	$(BIN)/python -m hil.rates --starts 100
 
 firmware: setup            ## rebuild the checked-in reference firmware, and record its traces
 	$(BIN)/cgagen build firmware/reference.genome -o firmware/predator --force

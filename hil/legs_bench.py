@@ -1,6 +1,6 @@
 """A locomotion controller in bench mode: the words of PROTOCOL.md, and what the legs do then."""
 
-from cgagen.bench_protocol import LISTEN_MS, dump_request, parse_dump
+from cgagen.bench_protocol import DUMP_LINE, LISTEN_MS, dump_request, parse_dump
 from cgagen.stamp.image import Image
 from hil.legs_line import walk
 from hil.legs_trial import LegsTrial, standing, wanted_frames
@@ -70,6 +70,7 @@ def _bench_dump(trial: LegsTrial, image: Image) -> None:
         lines = [parse_dump(line) for line in said.split("\r")]
         found = [line for line in lines if line]
         want([line[0] for line in found] == list(range(first, last, 16)), "dump", "addresses")
+        want(said.count(DUMP_LINE) == len(found), "dump", "a line that is none")
         data = b"".join(line[1] for line in found)
         want(data == image.eeprom[first : last + 1], "dump", "bytes")
         want(said.endswith(f"\r!{request[1:]}\r"), "dump", "no end")

@@ -1,6 +1,7 @@
 """A main controller in bench mode: the words of PROTOCOL.md, and what follows from each."""
 
 from cgagen.bench_protocol import (
+    DUMP_LINE,
     END,
     LISTEN_MS,
     MAIN_SLICE_MS,
@@ -36,7 +37,7 @@ def speaks(trial: MainTrial, wanted: Wanted, image: Image) -> None:
     _all_bits(trial, stimulus)
     answered(trial, "?Xzz", "!Xzz")
     want(trial.wait("look", 20), "bench", "does not hunt after leaving")
-    want(trial.wait("step 0", 1_000), "bench", "does not say GO after leaving")
+    want(trial.wait("step 0", 400), "bench", "does not say GO soon after leaving")
     want(trial.lines() == right.command, "bench", f"says {trial.lines()} after leaving")
 
 
@@ -89,6 +90,7 @@ def _dumped(trial: MainTrial, first: int, last: int) -> bytes:
     said = trial.ask(request, limit_ms=2_000)
     found = [line for line in map(parse_dump, said.split("\r")) if line]
     want([line[0] for line in found] == list(range(first, last, 16)), "dump", "addresses")
+    want(said.count(DUMP_LINE) == len(found), "dump", "a line that is none")
     want(said.endswith(f"\r!{request[1:]}\r"), "dump", "no end")
     return b"".join(line[1] for line in found)
 

@@ -46,7 +46,9 @@ class Ended:
 
 def inside(folder: Path, *words: str, **environment: str) -> Ended:
     """Run pytest likewise in this process: what it imports is here already."""
-    modules, path = set(sys.modules), list(sys.path)
+    # A user's test_robot.py is not ours of that name.
+    ours = {name: sys.modules.pop(name) for name in [*sys.modules] if name.startswith("test_")}
+    path = list(sys.path)
     out, err = io.StringIO(), io.StringIO()
     plain = ("-q", "-p", "no:cacheprovider", "-p", "no:faulthandler", "--capture=sys")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
@@ -57,9 +59,9 @@ def inside(folder: Path, *words: str, **environment: str) -> Ended:
             patch.setenv(key, value)
         code = int(pytest.main([*plain, "--rootdir", str(folder), *words]))
     sys.path[:] = path
-    for name in set(sys.modules) - modules:
-        if name.startswith("test_"):
-            del sys.modules[name]
+    for name in [name for name in sys.modules if name.startswith("test_")]:
+        del sys.modules[name]
+    sys.modules.update(ours)
     return Ended(code, out.getvalue(), err.getvalue())
 
 

@@ -108,6 +108,19 @@ def test_a_reset_first_needs_no_hurry(served: Served) -> None:
     assert bench.wire("step").level == 0  # bench mode: nobody may say GO
 
 
+def test_an_emulated_robot_needs_no_port(capsys: pytest.CaptureFixture[str]) -> None:
+    build = f"emu:{FIRMWARE / 'prey'}"
+    assert main(["robot", "centre", "--port", build]) == 0
+    assert main(["robot", "sensors", "--port", build, "--readings", "1"]) == 0
+    out = capsys.readouterr().out
+    assert "servobot-prey: all twelve servos are centred" in out
+    assert "rear_right" in out
+    assert main(["robot", "centre", "--port", "emu"]) == 7
+    assert "emu:runs/demo/build-prey" in capsys.readouterr().err
+    assert main(["robot", "centre", "--port", f"emu:{FIRMWARE / 'cat'}"]) == 3
+    assert "cat" in capsys.readouterr().err
+
+
 def test_nobody_there(capsys: pytest.CaptureFixture[str]) -> None:
     for words in (["centre"], ["move", "FORWARD"], ["sensors"]):
         assert main(["robot", *words, "--port", "/dev/no-such-port"]) == 7

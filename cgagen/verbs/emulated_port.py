@@ -1,7 +1,8 @@
 """`--port emu`: an emulated Stamp, or a robot with two, for the length of one call.
 
 It is served on a socket of this machine and opened like any other port, so that what is tried is
-the whole way. Its chips come blank, as from the shop, and are gone with the call.
+the whole way. `emu` alone has blank chips, as from the shop; `emu:BUILD` has the programs of a
+build in them. All of it is gone with the call.
 """
 
 from collections.abc import Iterator, Mapping
@@ -9,11 +10,41 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from cgagen.emulator.programs import bench_of_image
+from cgagen.errors import RigError
+from cgagen.link.ports import choose_port
 from cgagen.robot import load_robot
 from cgagen.serve import serve
 from cgagen.stamp.chips import EEPROM_BYTES, Chip
 from cgagen.stamp.image import Image
 from hil.emulated import robot_bench
+from hil.subject import read_subject
+
+EMULATED = "emu"
+
+
+@contextmanager
+def named_port(name: str, chip: str, realtime: bool = False) -> Iterator[str]:
+    """Give the port that a user has named, for as long as it is wanted.
+
+    Args:
+        name: see `choose_port`; or `emu:BUILD`.
+        chip: of an emulated robot, the one to be talked to.
+        realtime: an emulated robot is no faster than a real one.
+
+    Raises:
+        RigError: no such port, or not one.
+        FolderError: no such build.
+    """
+    kind, _, folder = name.partition(":")
+    if kind != EMULATED:
+        yield choose_port(name)
+        return
+    if not folder:
+        raise RigError("emu: say which robot, by the folder of its build: emu:runs/demo/build-prey")
+    subject = read_subject(Path(folder))
+    bench = robot_bench(subject.robot, subject.images)
+    with serve(bench, {chip: "rfc2217:0"}, realtime=realtime) as server:
+        yield server.url
 
 
 @contextmanager

@@ -13,7 +13,9 @@ from cgagen.errors import FolderError, StorageError
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.emulate import TimeType
 
-PORT_HELP = "A device, id:SERIAL, a URL of pyserial's, or auto: the only USB adapter there is."
+PORT_HELP = (
+    "A device, id:SERIAL, a URL of pyserial's, emu:BUILD (emulated), or auto: the only USB adapter."
+)
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -40,16 +42,24 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
     With --decode, lines of our firmware are shown in words: readings in inches, situations,
     movements and faults.
     """
-    from cgagen.link.port import PortLock, close_port, open_port, reset_by_dtr
-    from cgagen.link.ports import choose_port
-    from cgagen.monitor import Listener, listen
-    from cgagen.verbs.keyboard import from_stdin, from_text
+    from cgagen.verbs.emulated_port import EMULATED, named_port
 
     if given["robot"] and not given["decode"]:
         raise click.UsageError("--robot is for --decode; give both")
     if given["decode"] and (given["raw"] or (given["timestamps"] and console.as_json)):
         raise click.UsageError("--decode is lines in words; leave out --raw, and --timestamps")
-    port = choose_port(port)
+    # What an emulated robot says while its port is being opened is lost; so it is switched on then.
+    given["reset"] |= port.startswith(EMULATED)
+    with named_port(port, "main", realtime=True) as name:
+        _listen(console, name, given)
+
+
+def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
+    """Carry bytes between a port and the user."""
+    from cgagen.link.port import PortLock, close_port, open_port, reset_by_dtr
+    from cgagen.monitor import Listener, listen
+    from cgagen.verbs.keyboard import from_stdin, from_text
+
     began_s = time.monotonic()
     sinks = [_shown(console, given, lambda: time.monotonic() - began_s)]
     text = given["text"]

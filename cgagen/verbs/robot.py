@@ -1,7 +1,7 @@
 """`cgagen robot`: a robot on the bench, worked through its programming ports."""
 
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,23 +127,17 @@ def sensors_verb(console: Console, /, port: str, robot: str | None, **given: Any
     console.result(_data(found), _text(found))
 
 
-def _hook(port: str, reset: bool) -> "BenchHook":
-    """Return the conversation, opened by `with`; says hello when it is entered."""
+@contextmanager
+def _hook(port: str, reset: bool) -> "Iterator[BenchHook]":
+    """Open the conversation with a locomotion controller, and say hello."""
     from cgagen.link.bench_hook import BenchHook
-    from cgagen.link.ports import choose_port
+    from cgagen.verbs.emulated_port import named_port
 
-    class Greeted(BenchHook):
-        def open(self) -> None:
-            super().open()
-            try:
-                if reset:
-                    self.reset()
-                self.hello()
-            except BaseException:
-                self.close()
-                raise
-
-    return Greeted(choose_port(port))
+    with named_port(port, "locomotion") as name, BenchHook(name) as hook:
+        if reset:
+            hook.reset()
+        hook.hello()
+        yield hook
 
 
 def _locomotion(hook: "BenchHook") -> "Banner":
@@ -181,19 +175,22 @@ def _command(movement: str, banner: "Banner", robot: str | None) -> int:
 @contextmanager
 def _port(name: str, reset: bool) -> "Iterator[tuple[str, Any]]":
     """Open a port under its lock."""
-    from cgagen.link.port import PortLock, open_port, reset_by_dtr
-    from cgagen.link.ports import choose_port
+    from cgagen.link.port import PortLock, close_port, open_port, reset_by_dtr
+    from cgagen.verbs.emulated_port import named_port
 
-    chosen = choose_port(name)
-    lock = PortLock(chosen)
-    lock.take()
-    try:
-        with closing(open_port(chosen)) as wire:
-            if reset:
-                reset_by_dtr(chosen, wire)
-            yield chosen, wire
-    finally:
-        lock.release()
+    with named_port(name, "main") as chosen:
+        lock = PortLock(chosen)
+        lock.take()
+        try:
+            wire = open_port(chosen)
+            try:
+                if reset:
+                    reset_by_dtr(chosen, wire)
+                yield chosen, wire
+            finally:
+                close_port(wire)
+        finally:
+            lock.release()
 
 
 def _refuse_unknown(sensor: str | None, names: tuple[str, ...]) -> None:

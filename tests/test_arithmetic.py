@@ -212,7 +212,8 @@ def test_every_choice_can_be_turned() -> None:
     assert two[CODES[">>"]](5, 17) == 2
     assert two[CODES["DIG"]](321, 6) == 2
     assert two[CODES["REV"]](0b110, 19) == 0b011
-    assert one[CODES["DCD x"]](16) == 0
+    assert [one[CODES["DCD x"]](bit) for bit in (0, 3, 15, 16)] == [1, 8, 1 << 15, 0]
+    assert [two[CODES[">>"]](0x8421, by) for by in (0, 15, 16, 20)] == [0x8421, 1, 0x8421, 0x842]
     assert one[CODES["SQR x"]](8) == 3
     assert two[CODES["HYP"]](2, 2) == 3
     assert one[CODES["SIN x"]](1) == 3  # 3.116..; and 3 is the nearest, too

@@ -183,7 +183,7 @@ def _left(wide: Wide) -> Binary:
 def _right(wide: Wide) -> Binary:
     if wide is Wide.WRAPS:
         return lambda x, y: x >> (y & 15)
-    return lambda x, y: x >> y if y < 16 else 0
+    return lambda x, y: x >> y
 
 
 def _reverse(wide: Wide) -> Binary:

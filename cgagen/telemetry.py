@@ -1,12 +1,19 @@
 """The main controller's telemetry, as PROTOCOL.md has it, read back."""
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from cgagen.bench_protocol import (
     ANTENNA_KEYS,
     COMMAND_KEY,
     LIGHT_KEYS,
+    PREY_ANTENNA_LEFT,
+    PREY_ANTENNA_RIGHT,
+    PREY_BOTH_LEFT_OPEN,
+    PREY_BOTH_RIGHT_OPEN,
+    PREY_CALM,
+    PREY_FIRST_SONAR,
     SONAR_KEYS,
     STATE_KEY,
     TELEMETRY,
@@ -35,6 +42,30 @@ class Telemetry(NamedTuple):
     lights: tuple[int, ...]
     state: int
     command: int
+
+
+_PREY_REASONS = {
+    PREY_CALM: "nothing_near",
+    PREY_ANTENNA_LEFT: "antenna_left",
+    PREY_ANTENNA_RIGHT: "antenna_right",
+    PREY_BOTH_LEFT_OPEN: "both_left_open",
+    PREY_BOTH_RIGHT_OPEN: "both_antennas",
+}
+
+
+def prey_reason(state: int, sonars: Sequence[str]) -> str | None:
+    """Return what a prey's state says has decided; None for a number that is no state.
+
+    Args:
+        state: as PROTOCOL.md numbers it.
+        sonars: names, in the robot's order.
+
+    >>> prey_reason(1, ("front_left", "front_right")), prey_reason(8, ()), prey_reason(11, ())
+    ('near_front_left', 'antenna_right', None)
+    """
+    if 0 <= state - PREY_FIRST_SONAR < len(sonars):
+        return f"near_{sonars[state - PREY_FIRST_SONAR]}"
+    return _PREY_REASONS.get(state)
 
 
 def parse_telemetry(text: str, role: Role) -> Telemetry | None:

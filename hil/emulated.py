@@ -10,6 +10,7 @@ from itertools import count
 from pathlib import Path
 
 from cgagen.build.bench import bench_text
+from cgagen.closing import Closing
 from cgagen.emulator.bench import Bench, BenchState
 from cgagen.emulator.bench_file import parse_bench
 from cgagen.emulator.parts.photocell import Photocell
@@ -28,7 +29,6 @@ from hil.target import (
     PINS,
     STATE,
     Identity,
-    InWith,
     Observation,
     Stimulus,
 )
@@ -55,7 +55,7 @@ def robot_bench(robot: Robot, images: dict[str, Image]) -> Bench:
         return show(parse_bench(bench_text(robot), "bench.toml", Path(folder)), images)
 
 
-class PinsTarget(InWith):
+class PinsTarget(Closing):
     """The emulated robot, with everything through its pins.
 
     Args:

@@ -7,6 +7,7 @@ through the pins, and it is not believed before it has agreed with them.
 from collections.abc import Callable, Sequence
 from itertools import count
 
+from cgagen.closing import Closing
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.routine import Routine
 from cgagen.errors import CgagenError, RigError, TargetTimeout
@@ -16,7 +17,7 @@ from cgagen.stamp.image import Image, Use
 from hil.emulated import DECISION_LIMIT_NS, PinsTarget
 from hil.layout import Place, layout_of, line_of_label
 from hil.subject import Subject
-from hil.target import IMAGE, LATENCY, REGISTERS, STATE, Identity, InWith, Observation, Stimulus
+from hil.target import IMAGE, LATENCY, REGISTERS, STATE, Identity, Observation, Stimulus
 
 CALIBRATION_COUNTS = (1_000, 1_100, 1_200, 1_300, 1_400, 1_500)
 """What the sonars see while it is found out where sensing leaves its counts. Choice: all differ."""
@@ -25,7 +26,7 @@ Compile = Callable[[str, str], Compiled]
 """Turns a source and its name into an image with its source map."""
 
 
-class RegisterTarget(InWith):
+class RegisterTarget(Closing):
     """The main controller's `Decide`, from a snapshot behind sensing.
 
     Args:

@@ -5,8 +5,7 @@ measures, in the chip's own counts, so that equal means equal, at every boundary
 """
 
 from dataclasses import dataclass, field
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 STATE, COUNTS, LATENCY, PINS, REGISTERS, IMAGE, POWER, SERVOS = (
     "state",
@@ -147,27 +146,3 @@ class Target(Protocol):
     def decide(self, stimulus: Stimulus) -> Observation:
         """Return the decision. Raises TargetTimeout."""
         ...
-
-
-class InWith:
-    """A target for use in a `with`: open inside of it and closed behind it."""
-
-    def open(self) -> None:
-        """Make it ready. Raises RigError."""
-        raise NotImplementedError
-
-    def close(self) -> None:
-        """Let it go. Harmless when repeated."""
-        raise NotImplementedError
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

@@ -7,17 +7,18 @@ said on the wire is `cgagen.link.bench_hook`'s; here is who is asked, and what m
 from itertools import count
 
 from cgagen.bench_protocol import Banner, reading_text
+from cgagen.closing import Closing
 from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.link.bench_hook import BenchHook, banner_in
 from cgagen.stamp.image import Image
 from hil.subject import Subject
-from hil.target import IMAGE, STATE, Identity, InWith, Observation, Stimulus
+from hil.target import IMAGE, STATE, Identity, Observation, Stimulus
 
 SERIAL, SERIAL_RESET = "serial", "serial-reset"
 """How the name of such a target begins: left alone, or reset when it is opened."""
 
 
-class WiredChip(InWith):
+class WiredChip(Closing):
     """A controller on a port, with the subject's bytes in it.
 
     Args:

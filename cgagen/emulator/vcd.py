@@ -10,9 +10,9 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
+from cgagen.closing import Closing
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.wires import Wire
 from cgagen.errors import BenchError, StorageError
@@ -24,7 +24,7 @@ NO_SCOPE = "wires"
 """Where names without a dot go."""
 
 
-class Waveform:
+class Waveform(Closing):
     """What happens on some wires from now on, written down as it happens.
 
     Args:
@@ -92,17 +92,6 @@ class Waveform:
             stop()
         self._stops.clear()
         self._writer.close(max(self._clock.now_ns + self._ahead_ns, self._newest_ns))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _listener(self, variable: "Variable[Any]") -> "_Listener":
         return _Listener(self, variable)

@@ -2,12 +2,12 @@
 
 import time
 from collections.abc import Iterator
-from types import TracebackType
-from typing import Never, Self
+from typing import Never
 
 import serial
 
 from cgagen.bench_protocol import BAUD, END, PROMPT, PROMPT_GAP_MS
+from cgagen.closing import Closing
 from cgagen.errors import RigError, TargetTimeout
 from cgagen.link.port import PortLock, close_port, open_port
 
@@ -18,7 +18,7 @@ UNHEARD_PROMPTS = 2
 """So many prompts after a request without an answer: it was not heard."""
 
 
-class PromptedPort:
+class PromptedPort(Closing):
     """A port whose chip says when it listens.
 
     Args:
@@ -55,18 +55,6 @@ class PromptedPort:
             close_port(self._serial)
             self._serial = None
         self._lock.release()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def speak(self, request: str, deadline: float) -> None:
         """Wait for a prompt and send a request behind it."""

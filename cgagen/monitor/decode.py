@@ -7,12 +7,6 @@ from cgagen.bench_protocol import (
     ANSWER,
     END,
     FAULT,
-    PREY_ANTENNA_LEFT,
-    PREY_ANTENNA_RIGHT,
-    PREY_BOTH_LEFT_OPEN,
-    PREY_BOTH_RIGHT_OPEN,
-    PREY_CALM,
-    PREY_FIRST_SONAR,
     PROMPT,
     TELEMETRY,
     Fault,
@@ -20,7 +14,7 @@ from cgagen.bench_protocol import (
 )
 from cgagen.counts import NO_ECHO_COUNT, UNLIT_COUNT
 from cgagen.robot import Robot, Sonar, load_robot, shipped
-from cgagen.telemetry import Telemetry, parse_telemetry, role_in
+from cgagen.telemetry import Telemetry, parse_telemetry, prey_reason, role_in
 from cgagen.words import COMMANDS, GENES, Role, situation_name, situations_of
 
 LONGEST_LINE = 200
@@ -34,14 +28,6 @@ FAULTS: dict[Fault, str] = {
     Fault.LINES: "the command lines never read the same twice",
 }
 """What each means. Ref: PROTOCOL.md."""
-
-_PREY_REASONS = {
-    PREY_CALM: "nothing near",
-    PREY_ANTENNA_LEFT: "left antenna",
-    PREY_ANTENNA_RIGHT: "right antenna",
-    PREY_BOTH_LEFT_OPEN: "both antennas, left side open",
-    PREY_BOTH_RIGHT_OPEN: "both antennas",
-}
 
 
 class Line(NamedTuple):
@@ -160,10 +146,7 @@ def _reason(robot: Robot, state: int) -> str:
             return "no such state"
         obstacle, target = situations_of(state)
         return f"{situation_name(obstacle, 'object')}, {situation_name(target, 'target')}"
-    first = PREY_FIRST_SONAR
-    if first <= state < first + len(robot.sonars):
-        return f"{robot.sonars[state - first].name} nearest"
-    return _PREY_REASONS.get(state, "no such state")
+    return prey_reason(state, [one.name for one in robot.sonars]) or "no such state"
 
 
 def _inches(where: float | str) -> str:

@@ -9,9 +9,9 @@ errors. Ref: S3, every one of them measured.
 
 import os
 import threading
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
+from cgagen.closing import Closing
 from cgagen.errors import ToolchainError
 from cgagen.stamp.chips import chip_of_target
 from cgagen.stamp.compiled import Compiled, SourceMap, Statement, VariableCounts
@@ -26,7 +26,7 @@ ANSWER_LIMIT_S = 20.0
 """How long one source may take. Ref: choice; the longest measured took 0.1 s."""
 
 
-class Tokenizer:
+class Tokenizer(Closing):
     r"""The tokenizer, ready for any number of sources from any number of threads.
 
     The process starts with the first source, is started anew when it dies, and is never shared
@@ -80,17 +80,6 @@ class Tokenizer:
         if self._worker is not None and self._owner == os.getpid():
             self._worker.kill()
         self._worker = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     @property
     def pid(self) -> int | None:

@@ -2,26 +2,11 @@
 
 from typing import Any
 
-from cgagen.bench_protocol import (
-    PREY_ANTENNA_LEFT,
-    PREY_ANTENNA_RIGHT,
-    PREY_BOTH_LEFT_OPEN,
-    PREY_BOTH_RIGHT_OPEN,
-    PREY_CALM,
-    PREY_FIRST_SONAR,
-)
 from cgagen.robot import Robot
+from cgagen.telemetry import prey_reason
 from cgagen.words import COMMANDS, Role, situation_name, situations_of
 from hil.simulated import states_of
 from hil.traces.values import Sample, Trace
-
-PREY_WORDS = {
-    PREY_CALM: "nothing_near",
-    PREY_ANTENNA_LEFT: "antenna_left",
-    PREY_ANTENNA_RIGHT: "antenna_right",
-    PREY_BOTH_LEFT_OPEN: "both_left_open",
-    PREY_BOTH_RIGHT_OPEN: "both_antennas",
-}
 
 
 def rows_of(trace: Trace, robot: Robot) -> list[dict[str, Any]]:
@@ -86,9 +71,7 @@ def _names(robot: Robot, state: int) -> tuple[str, ...]:
     if robot.role is Role.PREDATOR:
         obstacle, target = situations_of(state)
         return situation_name(obstacle, "object"), situation_name(target, "target")
-    if state in PREY_WORDS:
-        return (PREY_WORDS[state],)
-    return (robot.sonars[state - PREY_FIRST_SONAR].name,)
+    return (prey_reason(state, [one.name for one in robot.sonars]) or f"state_{state}",)
 
 
 def _cells(row: dict[str, Any], robot: Robot) -> list[str]:

@@ -1,0 +1,27 @@
+"""What is opened and closed with a `with`."""
+
+from types import TracebackType
+from typing import Self
+
+
+class Closing:
+    """Opened where a `with` begins, and closed behind it, whatever happens in between."""
+
+    def open(self) -> None:
+        """Make it ready; by itself there is nothing to do."""
+
+    def close(self) -> None:
+        """Let it go. Harmless when repeated."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        self.open()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -44,7 +44,7 @@ hil: setup                 ## the firmware against its specification, with a pag
 	mkdir -p runs
 	$(BIN)/python -m pytest hil/ -q --hil-report runs/hil-report.html $(patsubst %,--hil-kills %,$(wildcard $(KILLS)/kills-*.json))
 
-hil-colony: setup          ## whole robots from all 100 fixed starts: a quarter of an hour
+hil-colony: setup          ## whole robots from all 100 fixed starts: some minutes
 	$(BIN)/python -m pytest hil/test_colony.py -q -m slow
 
 hil-parting: setup         ## how far robots without referee, and on three lines, part from the simulator

@@ -33,7 +33,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "robot": ("robot", "Centre a robot's servos, walk a movement, read its sensors."),
     "calibrate": ("calibrate", "Turn measurements of a robot into its file."),
     "trace": ("trace", "Record, convert or show what a robot has sensed."),
-    "info": ("info", "Describe a genome, run, robot, build or image."),
+    "info": ("info", "Describe a genome, run, robot, build, image or trace."),
     "benchmark": ("benchmark", "Measure speed on this machine, as rates and ratios."),
 }
 

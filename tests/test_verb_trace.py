@@ -259,3 +259,12 @@ def test_the_prey_of_the_hunt_is_the_preys(capsys: pytest.CaptureFixture[str]) -
     assert code == 3
     assert "recorded with servobot-prey, a prey, and servobot-predator is a predator" in err
     assert Role.PREY in EPISODES["hunt-prey.log"]
+
+
+def test_info_says_where_a_trace_comes_from(capsys: pytest.CaptureFixture[str]) -> None:
+    hunt = Path(__file__).parent.parent / "hil" / "traces" / "hunt.log"
+    assert main(["--json", "info", str(hunt)]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert (data["kind"], data["target"]) == ("trace", "simulator")
+    assert main(["info", str(hunt)]) == 0
+    assert "simulator" in capsys.readouterr().out

@@ -1,6 +1,7 @@
 """`cgagen info`: what a file of ours is, in words."""
 
 import json
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,8 @@ SHORT = {
 }
 """Movements in two letters, so that 8 x 8 of them fit on a terminal."""
 
+TRACES = re.compile(r"\.(log(\.gz)?|csv|asc|blf|trc)$")
+
 
 @click.command("info")
 @click.argument("file", type=click.Path(path_type=Path))
@@ -32,7 +35,7 @@ SHORT = {
 @world_options
 @with_console
 def info_verb(console: Console, /, file: Path, model: str | None, **given: Any) -> None:
-    """Describe FILE: a genome, a run folder, a robot or arena file, a build folder or an image.
+    """Describe FILE: a genome, a run or build folder, a robot or arena, an image or a trace.
 
     A genome is shown as its table of movements, with how often the 100 fixed starts of every
     run visit each state. States that are never visited are named: evolution could not see what
@@ -49,6 +52,10 @@ def info_verb(console: Console, /, file: Path, model: str | None, **given: Any) 
         from cgagen.verbs.info_image import describe_image
 
         describe_image(console, file, model)
+    elif TRACES.search(file.name):
+        from cgagen.verbs.trace import describe_trace
+
+        describe_trace(console, file, given["robot"])
     else:
         _genome(console, file, given)
 

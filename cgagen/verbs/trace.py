@@ -148,6 +148,15 @@ def show_verb(console: Console, file: Path, robot: str | None) -> None:
     console.result(data, "\n".join(lines))
 
 
+def describe_trace(console: Console, file: Path, robot: str | None) -> None:
+    """Say where a trace comes from, and how much is in it."""
+    from hil.traces import read_trace
+
+    body = _robot_of(file, robot)
+    trace = read_trace(file, body)
+    console.result({"kind": "trace", **_summary(trace, body)}, _words(trace, body))
+
+
 def _check_free(path: Path, force: bool) -> None:
     """Refuse to write over anything, before a robot is listened to that does not repeat itself."""
     from cgagen.errors import FolderError

@@ -427,7 +427,8 @@ def test_a_bug_of_ours_lets_the_host_go_and_is_told(hello: Image) -> None:
             raise ZeroDivisionError("nobody thought of it")
 
         server.endpoints[0].outgoing = broken
-        with connect(server.url) as host, connect(str(server.control)) as hand:
+        # The chip begins to talk, and the server to fail, when the host comes: that one is last.
+        with connect(str(server.control)) as hand, connect(server.url) as host:
             assert host.recv(9) == b""
             with suppress(ConnectionError):
                 assert hand.recv(9) == b""

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cgagen.errors import RigError
 from cgagen.genome import Genome
 from cgagen.run.streams import Purpose, stream
 from hil.colony import Act, Colony, ColonyStep
@@ -113,10 +112,7 @@ def hunt(
     Raises:
         RigError: no genome, or robots without step line.
     """
-    wanted = genome or predator.genome
-    if wanted is None:
-        raise RigError(f"{predator.where}: a build without genome; name one of a predator")
-    episode = episode_of(wanted, numbers, start, steps)
+    episode = episode_of(genome or predator.genome_for_hunt(), numbers, start, steps)
     colony = Colony(predator, prey, numbers, start, texts)
     for pose, look in zip(episode.poses, episode.looks, strict=True):
         step = colony.step()

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cgagen.errors import RigError
 from cgagen.genome import Genome
 from hil.colony import Colony
 from hil.hunt import episode_of
@@ -65,10 +64,7 @@ def part(
     Raises:
         RigError: the predator's build has no genome.
     """
-    wanted_genome = genome or predator.genome
-    if wanted_genome is None:
-        raise RigError(f"{predator.where}: a build without genome; name one of a predator")
-    episode = episode_of(wanted_genome, numbers, start, steps)
+    episode = episode_of(genome or predator.genome_for_hunt(), numbers, start, steps)
     colony = Colony(predator, prey, numbers, start, referee=False)
     made: list[int] = []
     apart_units, seen = [0.0], 0

@@ -10,13 +10,13 @@ import socket
 import threading
 import time
 import tty
+from abc import abstractmethod
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import click
 
+from cgagen.closing import Closing
 from cgagen.errors import CgagenError, RigError
 from hil.frames import Frame
 from hil.rig_protocol import Rig
@@ -34,7 +34,7 @@ MOST_WAITING_BYTES = 65_536
 """For a host that does not read; what comes beyond that is lost, as on a real adapter. Choice."""
 
 
-class _Service:
+class _Service(Closing):
     """A thread that serves a rig; use it in a `with`.
 
     Attributes:
@@ -46,19 +46,16 @@ class _Service:
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._guard, name=name, daemon=True)
 
-    def __enter__(self) -> Self:
+    def open(self) -> None:
+        """Serve in a thread of its own."""
         self._thread.start()
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """End the thread, and let go of what is open. Harmless when repeated."""
         self._ended.set()
-        self._thread.join()
-        self._close()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._let_go()
 
     def _guard(self) -> None:
         try:
@@ -66,11 +63,13 @@ class _Service:
         except BaseException as error:
             self.failure = error
 
+    @abstractmethod
     def _run(self) -> None:
-        raise NotImplementedError
+        """Serve until the service ends."""
 
-    def _close(self) -> None:
-        """Let go of what is open."""
+    @abstractmethod
+    def _let_go(self) -> None:
+        """Close what is open."""
 
 
 class RigOnBus(_Service):
@@ -104,7 +103,7 @@ class RigOnBus(_Service):
 
         self._bus.send(can.Message(arbitration_id=one.id, data=one.data, is_extended_id=False))
 
-    def _close(self) -> None:
+    def _let_go(self) -> None:
         self._bus.shutdown()
 
 
@@ -180,10 +179,11 @@ class SlcanPort(_Service):
             while self._waiting:
                 del self._waiting[: os.write(handle, self._waiting)]
 
-    def _close(self) -> None:
+    def _let_go(self) -> None:
         for handle in (self._master, self._slave):
             if handle >= 0:
                 os.close(handle)
+        self._master = self._slave = -1
         if self._server is not None:
             self._server.close()
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from cgagen.build import Build, read_record
 from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE
-from cgagen.errors import CgagenError, FolderError
+from cgagen.errors import CgagenError, FolderError, RigError
 from cgagen.genome import Genome, load
 from cgagen.robot import Robot, load_robot
 from cgagen.stamp.chips import chip
@@ -44,6 +44,16 @@ class Subject:
     def genome_digest(self) -> str:
         """The 8 digits that the banners say."""
         return (self.genome.digest if self.genome else self.robot.digest)[:8]
+
+    def genome_for_hunt(self) -> Genome:
+        """Return the genome, which the simulator needs to hunt, too.
+
+        Raises:
+            RigError: a prey's build, which has none.
+        """
+        if self.genome is None:
+            raise RigError(f"{self.where}: a build without genome; name one of a predator")
+        return self.genome
 
     def movement(self, command: int) -> str:
         """Return a command's name."""

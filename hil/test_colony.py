@@ -97,7 +97,7 @@ def test_every_fixed_start(
     numbers: WorldNumbers,
     starts: NDArray[np.float64],
 ) -> None:
-    """The hundred starts that evolution judges its best by. A quarter of an hour."""
+    """The hundred starts that evolution judges its best by: some minutes."""
     if not request.config.getoption("markexpr"):
         pytest.skip("make hil-colony plays all 100 fixed starts")
     results = [hunt(predator, prey, numbers, start[None, :], STEPS) for start in starts]

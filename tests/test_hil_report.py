@@ -307,7 +307,7 @@ def test_every_requirement_has_a_test_and_every_id_a_sentence() -> None:
     assert marked == set(read_requirements(OURS))
 
 
-@pytest.mark.skipif(shutil.which("chromedriver") is None, reason="no Chromium on this machine")
+@pytest.mark.skipif(shutil.which("chromedriver") is None, reason="no chromedriver on this machine")
 @pytest.mark.parametrize("width", [390, 1200])
 def test_a_browser_shows_it_without_scrolling_sideways(
     page: str, tmp_path: Path, width: int

@@ -5,9 +5,8 @@ import socket
 import threading
 import time
 from collections.abc import Sequence
-from types import TracebackType
-from typing import Self
 
+from cgagen.closing import Closing
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.clock import NEVER_NS
 from cgagen.serve.endpoint import Endpoint
@@ -20,7 +19,7 @@ LOST_NS = 1_000_000_000
 """With `realtime`, a bench that is so far behind gives up catching up. Choice."""
 
 
-class Server:
+class Server(Closing):
     """Serves ports of a bench; use it in a `with`, or call `run`.
 
     Args:
@@ -55,19 +54,9 @@ class Server:
         """Where DTR and BREAK of the first chip are; None where `url` carries them."""
         return self.endpoints[0].control
 
-    def __enter__(self) -> Self:
+    def open(self) -> None:
+        """Serve in a thread of its own."""
         self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.stop()
-        self._thread.join()
-        self.close()
 
     def stop(self) -> None:
         """Let `run` end soon; may be called from anywhere."""
@@ -75,7 +64,10 @@ class Server:
         self._wake.send(b".")
 
     def close(self) -> None:
-        """Let all hosts go. `run` must have ended."""
+        """End the thread, if there is one, and let all hosts go. A `run` must have ended."""
+        if self._thread.is_alive():
+            self.stop()
+            self._thread.join()
         for endpoint in self.endpoints:
             endpoint.close()
         self._wake.close()

@@ -21,6 +21,7 @@ from hil.target import Observation, Stimulus, Target
 from hil.timing import try_timing
 from hil.traces import Trace, replay
 from hil.walks import try_walks
+from hil.wired_walks import try_legs
 
 BOUNDARY_PINS = 200
 """Readings by chance that go through the pins in the boundary level. Choice."""
@@ -37,6 +38,7 @@ def verify(
     others: Sequence[Callable[[], Target]] = (),
     readings: Sequence[Stimulus] | None = None,
     traces: Sequence[Trace] = (),
+    legs: str | None = None,
 ) -> Report:
     """Try the programs of a robot on the emulator, and on other targets.
 
@@ -48,6 +50,7 @@ def verify(
         others: makers of further targets, not yet open.
         readings: these alone instead of the level's, and nothing else but table and sources.
         traces: to be replayed on the emulator and on all other targets.
+        legs: the locomotion controller's port, as `hil.wired_walks` has it; it walks.
 
     Raises:
         TraceError: a trace is of another robot or genome.
@@ -73,6 +76,8 @@ def verify(
         report.add(trial.target, trial)
         for trace in traces:
             _with_trace(report, subject, make, trace)
+    if legs is not None:
+        report.add("legs", try_legs(legs, subject))
     report.evidence.count(counted, compile_source)
     return report
 

@@ -20,6 +20,7 @@ from hil.target import Stimulus
 from hil.targets import make_target
 from hil.verify import try_target
 from hil.wired import WiredTarget
+from hil.wired_walks import try_legs
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 
@@ -200,3 +201,29 @@ def test_a_robot_at_work_is_reset_where_that_is_asked_for() -> None:
         target.open()
         assert target.identity().robot == one.robot.name
         target.close()
+
+
+def test_the_legs_take_every_command() -> None:
+    one = subject("predator")
+    robot = bench(one)
+    with BytePipe(robot, "locomotion", "rfc2217") as pipe:
+        trial = try_legs(f"serial-reset:{pipe.url}", one)
+        assert (trial.verdict, trial.reason) == (Verdict.PASS, "")
+        assert trial.tried == trial.agreed == dict.fromkeys(range(8), 1)
+        other = try_legs(f"serial-reset:{pipe.url}", subject("prey"))
+        assert other.verdict is Verdict.BLOCKED
+        assert "the chip holds servobot-predator" in other.reason
+        assert other.agreed == {}
+    with pytest.raises(RigError, match="can:0: no such port of legs"):
+        try_legs("can:0", one)
+
+
+def test_legs_that_never_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was walked before counts; the chip lives, so the firmware has failed."""
+    monkeypatch.setattr(bench_hook, "WALK_S", 0.0)
+    one = subject("prey")
+    with BytePipe(bench(one), "locomotion", "rfc2217") as pipe:
+        trial = try_legs(f"serial-reset:{pipe.url}", one)
+    assert trial.verdict is Verdict.FAIL
+    assert "movement 0 is not over" in trial.reason
+    assert (trial.tried, trial.agreed) == ({0: 1}, {})

@@ -3,13 +3,12 @@
 import errno
 import os
 import pty
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 import serial
+from other_program import opened_by_another
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
@@ -117,22 +116,11 @@ def test_a_port_that_another_program_has_open() -> None:
     """That program is named where it is one's own."""
     master, slave = pty.openpty()
     name = os.ttyname(slave)
-    code = (
-        "import serial, sys; port = serial.Serial(sys.argv[1], exclusive=True); "
-        "print('open', flush=True); sys.stdin.read()"
-    )
-    other = subprocess.Popen(
-        [sys.executable, "-c", code, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    try:
-        assert other.stdout is not None
-        assert other.stdout.readline() == b"open\n"
-        with pytest.raises(RigError, match=rf"another program has it open .*process {other.pid}"):
+    with opened_by_another(name, "serial.Serial(sys.argv[1], exclusive=True)") as number:
+        with pytest.raises(RigError, match=rf"another program has it open .*process {number}"):
             open_port(name)
-    finally:
-        other.communicate()
-        os.close(master)
-        os.close(slave)
+    os.close(master)
+    os.close(slave)
 
 
 def test_pyserial_says_why_in_numbers() -> None:

@@ -4,13 +4,12 @@ import json
 import os
 import pty
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from other_program import opened_by_another
 
 from cgagen.build import flashing, read_image
 from cgagen.build.checked import checked_images
@@ -241,17 +240,9 @@ def test_a_port_that_another_program_reads() -> None:
     """It has not locked it, and would eat half of the answers."""
     master, slave = pty.openpty()
     name = os.ttyname(slave)
-    code = "import sys; file = open(sys.argv[1]); print('open', flush=True); sys.stdin.read()"
-    other = subprocess.Popen(
-        [sys.executable, "-c", code, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    try:
-        assert other.stdout is not None
-        assert other.stdout.readline() == b"open\n"
-        with pytest.raises(RigError, match=rf"another program has it open .*process {other.pid}"):
+    with opened_by_another(name, "open(sys.argv[1])") as number:
+        with pytest.raises(RigError, match=rf"another program has it open .*process {number}"):
             identify_port(name)
-    finally:
-        other.communicate()
     with pytest.raises(RigError, match="has no DTR or no BREAK"):
         identify_port(name)
     os.close(master)

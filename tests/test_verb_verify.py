@@ -11,7 +11,10 @@ from click.testing import CliRunner, Result
 
 from cgagen.cli import cgagen
 from cgagen.errors import CgagenError
+from cgagen.serve import serve
 from cgagen.tokenizer import Tokenizer
+from hil.emulated import robot_bench
+from hil.subject import read_subject
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 GENOME = str(FIRMWARE / "reference.genome")
@@ -151,3 +154,23 @@ def test_wrong_words_are_refused(words: tuple[str, ...], sentence: str) -> None:
     result = call("verify", *words)
     assert result.exit_code == 2
     assert sentence in result.output
+
+
+def test_both_controllers_on_wires() -> None:
+    """One emulated robot behind two ports, and one reading, so that it is quick."""
+    subject = read_subject(FIRMWARE / "prey")
+    bench = robot_bench(subject.robot, subject.images)
+    places = dict.fromkeys(("main", "locomotion"), "rfc2217:0")
+    with serve(bench, places) as server:
+        target, legs = (f"serial-reset:{one.url}" for one in server.endpoints)
+        words = ("--build", str(FIRMWARE / "prey"), "--reading", "0,0,0,0,0,0/--")
+        result = call("verify", *words, "--target", target, "--legs", legs)
+    assert result.exit_code == 0, result.output
+    assert re.search(r"\nlegs +PASS +8 +8 ", result.stdout)
+    assert f"--target {target} --legs {legs}" in result.stdout
+
+
+def test_legs_are_on_a_serial_port() -> None:
+    result = call("verify", "--build", str(FIRMWARE / "prey"), "--legs", "emulator")
+    assert result.exit_code == 2
+    assert "say serial:PORT or serial-reset:PORT" in result.stderr

@@ -36,6 +36,12 @@ LEVELS = ("smoke", "boundary", "exhaustive")
     help="Besides the emulator: serial:PORT, serial-reset:PORT (resets it by DTR first), "
     "can:INTERFACE:CHANNEL. May be repeated.",
 )
+@click.option(
+    "--legs",
+    metavar="URL",
+    help="The locomotion controller, serial:PORT or serial-reset:PORT: the robot walks each "
+    "movement once.",
+)
 @click.option("--level", type=click.Choice(LEVELS), default=LEVELS[0], show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="For what chance chooses.")
 @click.option(
@@ -77,6 +83,7 @@ def verify_verb(
     robot: str | None,
     build: Path | None,
     targets: tuple[str, ...],
+    legs: str | None,
     level: str,
     seed: int,
     readings: tuple[str, ...],
@@ -118,12 +125,14 @@ def verify_verb(
             [_maker(url, subject) for url in targets if url != "emulator"],
             [_reading(text, subject) for text in readings] or None,
             [read_trace(path, subject.robot) for path in traces],
+            _legs(legs, subject),
         )
     words = [str(genome)] if genome else []
     for option, value in (("--robot", robot), ("--build", build)):
         words += [option, str(value)] if value else []
     for url in targets:
         words += ["--target", url]
+    words += ["--legs", legs] if legs else []
     repeat = _repeat(words, report, readings, traces)
     page = report_of([report.evidence.data()], level, seed, repeat, matrices)
     for file in write_reports(reports, page):
@@ -166,6 +175,19 @@ def _maker(url: str, subject: "Subject") -> "Callable[[], Target]":
     except RigError as error:
         raise click.UsageError(f"--target: {error}") from error
     return partial(make_target, url, subject)
+
+
+def _legs(url: str | None, subject: "Subject") -> str | None:
+    """Return the name of a port of legs, once it is known to be one."""
+    from cgagen.errors import RigError
+    from hil.wired_walks import legs_on
+
+    if url is not None:
+        try:
+            legs_on(url, subject)
+        except RigError as error:
+            raise click.UsageError(f"--legs: {error}") from error
+    return url
 
 
 def _reading(text: str, subject: "Subject") -> "Stimulus":

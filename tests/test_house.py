@@ -21,7 +21,6 @@ CODE = sorted(
 )
 
 LONG_FILES: dict[str, str] = {
-    "cgagen/robot/reader.py": "one function per table of the robot file; a split would hide a key",
     "cgagen/robot/values.py": "the whole robot as values, a page per part",
     "sim/numbers.py": "the whole world as values, and how each is made",
     "hil/dataflow.py": "one abstract machine; its parts share one state",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from cgagen.build import Build, read_record
 from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE
-from cgagen.errors import CgagenError, FolderError, RigError
+from cgagen.errors import FolderError, RigError
 from cgagen.genome import Genome, load
 from cgagen.robot import Robot, load_robot
 from cgagen.stamp.chips import chip
@@ -100,12 +100,3 @@ def read_subject(folder: Path) -> Subject:
     robot = load_robot(str(folder / ROBOT_FILE))
     genome = load(folder / GENOME_FILE) if robot.role is Role.PREDATOR else None
     return Subject(robot, genome, images, sources, files, str(folder))
-
-
-def is_build(folder: Path) -> bool:
-    """Say whether a folder is a build."""
-    try:
-        read_record(folder)
-    except CgagenError:
-        return False
-    return True

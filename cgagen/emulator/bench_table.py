@@ -26,10 +26,6 @@ class BenchTable(Table):
         """Return true or false likewise."""
         return self.flag(key) if self.offers(key) else default
 
-    def text_or(self, key: str, default: str, allowed: tuple[str, ...] | None = None) -> str:
-        """Return a text likewise."""
-        return self.text(key, allowed) if self.offers(key) else default
-
     def nanoseconds(self, key: str) -> int | None:
         """Return a duration or time whose key ends in _us or _ms; None where it is not there."""
         if not self.offers(key):

@@ -44,11 +44,6 @@ class Chip:
     pulsout_unit_ns: int
     rctime_unit_ns: int
 
-    @property
-    def eeprom_bytes(self) -> int:
-        """Bytes of one program slot."""
-        return EEPROM_BYTES
-
 
 CHIPS: tuple[Chip, ...] = (
     #    name     directive target slots RAM scratch pins baud pulsin pulsout rctime

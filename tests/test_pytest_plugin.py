@@ -315,7 +315,6 @@ def test_a_sick_bench_is_asked_again_and_a_wrong_decision_is_not(
 
 
 def test_workers_of_xdist_share_one_report(tmp_path: Path) -> None:
-    pytest.importorskip("xdist")
     (tmp_path / "test_own.py").write_text(
         "import pytest\n"
         "@pytest.mark.parametrize('part', range(4))\n"

@@ -10,7 +10,8 @@ from hil.rig import RigOnBus, SlcanPort
 from hil.rig_protocol import Rig
 from hil.stimuli import every_state
 from hil.target import Stimulus
-from tests.rig_cases import Spoiled, Target, ready, subject
+from tests.rig_cases import Spoiled, Target, ready
+from tests.subjects import subject
 
 PREDATOR = "predator"
 

@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from itertools import count
-from pathlib import Path
 
 import can
 
@@ -15,17 +14,11 @@ from hil.rig import RigOnBus
 from hil.rig_protocol import Rig
 from hil.rig_robot import RigRobot
 from hil.stimuli import neutral
-from hil.subject import Subject, read_subject
+from hil.subject import Subject
 from hil.target import Stimulus
-
-FIRMWARE = Path(__file__).parent.parent / "firmware"
+from tests.subjects import subject
 
 _NAMES = count(1)
-
-
-@cache
-def subject(role: str) -> Subject:
-    return read_subject(FIRMWARE / role)
 
 
 def channel() -> str:

@@ -29,7 +29,8 @@ from hil.rig_protocol import Rig
 from hil.simulated import SimulatedTarget
 from hil.slcan import SlcanAdapter
 from hil.target import Stimulus
-from tests.rig_cases import nothing, opened, subject
+from tests.rig_cases import nothing, opened
+from tests.subjects import subject
 
 BS2P = Units(800, 750)
 NEAR = Stimulus((1_000, 9_000, 9_000), lights=(0, 0))

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from cgagen.cli import main
 from hil.rig import main as serve
-from tests.rig_cases import FIRMWARE
+from tests.subjects import FIRMWARE
 
 WAIT_S = 60
 

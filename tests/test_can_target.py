@@ -13,7 +13,8 @@ from hil.messages import OBS_DECISION, STIM_APPLY, Fault, pack, unpack
 from hil.target import LATENCY, PINS, POWER, SERVOS, STATE, Stimulus
 from hil.verify import try_target
 from tests.predator_rig import PREDATOR, readings, spoilt, target
-from tests.rig_cases import nothing, subject
+from tests.rig_cases import nothing
+from tests.subjects import subject
 
 
 def test_a_target_says_what_it_can_and_cannot_show() -> None:

@@ -21,7 +21,8 @@ from hil.stimuli import (
 from hil.target import Stimulus
 from hil.verify import try_target
 from tests.predator_rig import PREDATOR, spoilt, spoilt_identity, target
-from tests.rig_cases import Target, nothing, subject
+from tests.rig_cases import Target, nothing
+from tests.subjects import subject
 
 
 def test_a_rig_that_is_exact_is_given_everything_that_goes_through_pins() -> None:

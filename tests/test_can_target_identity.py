@@ -15,7 +15,8 @@ from hil.target import LATENCY, PINS, STATE
 from hil.targets import make_target
 from hil.verify import try_target
 from tests.predator_rig import PREDATOR, losing, readings, rig, spoilt, spoilt_identity, target
-from tests.rig_cases import channel, nothing, opened, subject
+from tests.rig_cases import channel, nothing, opened
+from tests.subjects import subject
 
 
 @pytest.mark.usefixtures("short_hello")

@@ -14,7 +14,8 @@ from hil.rig_url import rig_url
 from hil.targets import make_target
 from hil.verify import try_target
 from tests.predator_rig import PREDATOR, readings, rig, spoilt, target
-from tests.rig_cases import FIRMWARE, nothing, subject
+from tests.rig_cases import nothing
+from tests.subjects import FIRMWARE, subject
 
 
 def test_can_is_imported_when_a_bus_is_opened() -> None:

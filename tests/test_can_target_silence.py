@@ -24,7 +24,8 @@ from hil.rig import RigOnBus
 from hil.rig_protocol import Rig
 from hil.verify import try_target
 from tests.predator_rig import PREDATOR, losing, readings, rig, spoilt, target
-from tests.rig_cases import Hearing, Spoiled, channel, nothing, ready, subject
+from tests.rig_cases import Hearing, Spoiled, channel, nothing, ready
+from tests.subjects import subject
 
 
 def hearing(hear: Callable[[Frame], Iterable[Frame]]) -> Spoiled:

@@ -20,7 +20,7 @@ from hil.registers import RegisterTarget
 from hil.rig import RigOnBus
 from hil.rig_protocol import Rig
 from hil.simulated import SimulatedTarget
-from hil.subject import Subject, read_subject
+from hil.subject import Subject
 from hil.target import Observation, Stimulus
 from hil.traces import Origin, Replay, Trace, listening, read_trace, replay, write_trace
 from hil.traces.listening import Listener, record_telemetry
@@ -29,17 +29,13 @@ from hil.traces.vectors import parse_vectors
 from hil.verify import explainer
 from hil.wired import WiredTarget
 from tests.rig_cases import channel
-from tests.trace_cases import CALM, FIRMWARE, HEAD, PREDATOR, some
+from tests.subjects import subject
+from tests.trace_cases import CALM, HEAD, PREDATOR, some
 
 
 @pytest.fixture(scope="module")
-def subjects() -> dict[Role, Subject]:
-    return {role: read_subject(FIRMWARE / str(role)) for role in Role}
-
-
-@pytest.fixture(scope="module")
-def predator(subjects: dict[Role, Subject]) -> Subject:
-    return subjects[Role.PREDATOR]
+def predator() -> Subject:
+    return subject("predator")
 
 
 def test_a_replay_passes_on_the_simulator_and_through_the_pins(predator: Subject) -> None:
@@ -144,8 +140,8 @@ def test_decisions_of_another_genome_are_no_evidence(predator: Subject, tmp_path
     assert replay(predator, SimulatedTarget(predator), readings).verdict is Verdict.PASS
 
 
-def test_a_trace_of_the_other_robot_is_not_replayed(subjects: dict[Role, Subject]) -> None:
-    prey, hunter = subjects[Role.PREY], subjects[Role.PREDATOR]
+def test_a_trace_of_the_other_robot_is_not_replayed() -> None:
+    prey, hunter = subject("prey"), subject("predator")
     trace = Trace("x.csv", without_decisions(some(prey)).samples)
     with pytest.raises(TraceError, match="the reading has 6 sonars and 0 light sensors"):
         replay(hunter, SimulatedTarget(hunter), trace)
@@ -229,13 +225,11 @@ def hunting(subject: Subject) -> Any:
 
 
 @pytest.mark.parametrize(("role", "kind"), [(Role.PREDATOR, "socket"), (Role.PREY, "pty")])
-def test_a_robot_at_work_is_recorded_and_replayed(
-    subjects: dict[Role, Subject], role: Role, kind: str
-) -> None:
-    subject = subjects[role]
+def test_a_robot_at_work_is_recorded_and_replayed(role: Role, kind: str) -> None:
+    one = subject(str(role))
     ticks = iter(range(10**9, 10**12, 1_234_567))
-    with BytePipe(hunting(subject), kind=kind) as pipe:
-        trace, heard = record_telemetry(subject, pipe.url, 4, 500.0, lambda: next(ticks))
+    with BytePipe(hunting(one), kind=kind) as pipe:
+        trace, heard = record_telemetry(one, pipe.url, 4, 500.0, lambda: next(ticks))
     assert (heard.lost, heard.spoiled, len(trace.samples)) == (0, 0, 4)
     counts = [one.stimulus.sonars[0] for one in trace.samples]
     assert counts == sorted(counts, reverse=True)
@@ -243,8 +237,8 @@ def test_a_robot_at_work_is_recorded_and_replayed(
     assert [one.time_ns for one in trace.samples] == [0, 1_234_000, 2_469_000, 3_703_000]
     assert trace.origin is not None
     assert (trace.origin.clock, trace.origin.target) == ("host", "serial")
-    with PinsTarget(subject) as target:
-        result = replay(subject, target, trace)
+    with PinsTarget(one) as target:
+        result = replay(one, target, trace)
     assert (result.verdict, result.decisions) == (Verdict.PASS, 4)
 
 
@@ -302,7 +296,7 @@ def test_what_was_heard_before_ctrl_c_is_kept(
         record_telemetry(predator, "loop://", 5, 60.0)
 
 
-def test_the_origin_of_a_prey_names_no_genome(subjects: dict[Role, Subject]) -> None:
-    origin = origin_of(subjects[Role.PREY], "simulator")
+def test_the_origin_of_a_prey_names_no_genome() -> None:
+    origin = origin_of(subject("prey"), "simulator")
     assert (origin.genome, origin.role) == (None, Role.PREY)
     assert isinstance(origin, Origin)

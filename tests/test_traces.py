@@ -1,79 +1,62 @@
-"""Traces: files in, files out, and what is said of a file that is none."""
+"""Traces: from a recording to a file, and from files of this and other tools to readings."""
 
 import dataclasses
 import gzip
-import json
-import random
 import re
-import shutil
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import can
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from cgagen.counts import echo_count, light_count
-from cgagen.errors import FolderError, TraceError
+from cgagen.errors import TraceError
 from cgagen.words import Role
-from hil.dbc import dbc_text
-from hil.frames import Frame, Units, decision_frame, frames_of
+from hil.frames import Frame
 from hil.simulated import SimulatedTarget
 from hil.stimuli import sample
-from hil.subject import Subject, read_subject
 from hil.target import Observation, Stimulus
 from hil.traces import Sample, Trace, read_trace, write_trace
-from hil.traces.candump import log_text, parse_log
-from hil.traces.questions import frames_of_samples, samples_of
+from hil.traces.candump import log_text
+from hil.traces.questions import frames_of_samples
 from hil.traces.recording import record_readings, without_decisions
 from hil.traces.shipped import FOLDER
 from hil.traces.shown import rows_of
 from hil.traces.storage import trace_bytes
 from hil.traces.values import sample_of
-from hil.traces.vectors import header_of, parse_vectors, vectors_text
-from tests.trace_cases import CALM, FIRMWARE, HEAD, PREDATOR, PREY, log_of, simulated, some
-
-
-@pytest.fixture(scope="module")
-def subjects() -> dict[Role, Subject]:
-    return {role: read_subject(FIRMWARE / str(role)) for role in Role}
-
-
-@pytest.fixture(scope="module")
-def predator(subjects: dict[Role, Subject]) -> Subject:
-    return subjects[Role.PREDATOR]
-
-
-def parsed(text: str, robot: Any = PREDATOR) -> tuple[tuple[Sample, ...], int]:
-    return samples_of(parse_log(text, "a.log"), "a.log", robot)
-
-
-# -- Round trips
+from hil.traces.vectors import parse_vectors, vectors_text
+from tests.subjects import subject
+from tests.trace_cases import (
+    CALM,
+    HEAD,
+    PREDATOR,
+    log_of,
+    messages,
+    parsed,
+    predator,
+    simulated,
+    some,
+)
 
 
 @pytest.mark.parametrize("role", list(Role))
 @pytest.mark.parametrize("suffix", [".log", ".csv"])
-def test_what_is_written_is_read_again(
-    subjects: dict[Role, Subject], role: Role, suffix: str, tmp_path: Path
-) -> None:
-    subject = subjects[role]
-    trace = simulated(subject, list(sample(subject.robot, 40, 3)))
+def test_what_is_written_is_read_again(role: Role, suffix: str, tmp_path: Path) -> None:
+    one = subject(str(role))
+    trace = simulated(one, list(sample(one.robot, 40, 3)))
     late = dataclasses.replace(trace.samples[5], latency_ns=92_400_450)
     bare = dataclasses.replace(trace.samples[6], state=None, command=None)
     blind = dataclasses.replace(trace.samples[7], state=None)
     samples = (*trace.samples[:5], late, bare, blind, *trace.samples[8:])
     trace = dataclasses.replace(trace, samples=samples)
     path = tmp_path / f"a{suffix}"
-    write_trace(path, trace, subject.robot)
-    again = read_trace(path, subject.robot)
+    write_trace(path, trace, one.robot)
+    again = read_trace(path, one.robot)
     assert (again.samples, again.origin, again.stale) == (trace.samples, trace.origin, 0)
-    assert trace_bytes(again, subject.robot, suffix) == path.read_bytes()
+    assert trace_bytes(again, one.robot, suffix) == path.read_bytes()
 
 
-def test_the_log_is_what_python_can_writes(predator: Subject, tmp_path: Path) -> None:
-    trace = some(predator)
+def test_the_log_is_what_python_can_writes(tmp_path: Path) -> None:
+    trace = some(predator())
     theirs = tmp_path / "theirs.log"
     with can.CanutilsLogWriter(theirs) as writer:
         for message in messages(trace):
@@ -85,28 +68,13 @@ def test_the_log_is_what_python_can_writes(predator: Subject, tmp_path: Path) ->
     )
 
 
-def messages(trace: Trace, epoch_s: float = 0.0, channel: Any = "can0") -> list[can.Message]:
-    """Return a trace as python-can's messages; they are extended unless one says otherwise."""
-    return [
-        can.Message(
-            timestamp=epoch_s + time_us / 1e6,
-            arbitration_id=frame.id,
-            is_extended_id=False,
-            is_rx=frame.id >= 0x200,
-            channel=channel,
-            data=frame.data,
-        )
-        for time_us, frame in frames_of_samples(trace.samples, PREDATOR)
-    ]
-
-
 @pytest.mark.parametrize("suffix", [".asc", ".blf", ".trc", ".log"])
 @pytest.mark.parametrize("epoch_s", [0.0, 1_700_000_000.0])
 def test_other_tools_files_hold_the_same_readings(
-    predator: Subject, suffix: str, epoch_s: float, tmp_path: Path
+    suffix: str, epoch_s: float, tmp_path: Path
 ) -> None:
     """Channels come back renumbered, and .asc loses the epoch: neither is part of a trace."""
-    trace = some(predator)
+    trace = some(predator())
     samples = (dataclasses.replace(s, time_ns=s.time_ns // 9_999 * 1_000) for s in trace.samples)
     trace = dataclasses.replace(trace, samples=tuple(samples))
     path = tmp_path / f"a{suffix}"
@@ -119,8 +87,8 @@ def test_other_tools_files_hold_the_same_readings(
     assert again.origin is None
 
 
-def test_a_packed_log_is_read(predator: Subject, tmp_path: Path) -> None:
-    trace = some(predator)
+def test_a_packed_log_is_read(tmp_path: Path) -> None:
+    trace = some(predator())
     path = tmp_path / "a.log.gz"
     path.write_bytes(gzip.compress(log_of(trace).encode()))
     assert read_trace(path, PREDATOR).samples == trace.samples
@@ -129,9 +97,9 @@ def test_a_packed_log_is_read(predator: Subject, tmp_path: Path) -> None:
         read_trace(path, PREDATOR)
 
 
-def test_candumps_own_lines_are_read(predator: Subject) -> None:
+def test_candumps_own_lines_are_read() -> None:
     """It writes no direction, and ten digits of seconds. Ref: can-utils' candump -L."""
-    trace = some(predator)
+    trace = some(predator())
     text = re.sub(
         r"\((\d+)\.(\d+)\) can0 (.*) [TR]",
         lambda m: f"({int(m[1]) + 1_436_509_052:010d}.{m[2]}) vcan3 {m[3].lower()}",
@@ -140,8 +108,8 @@ def test_candumps_own_lines_are_read(predator: Subject) -> None:
     assert parsed(text)[0] == trace.samples
 
 
-def test_numbers_begin_again_at_0(predator: Subject) -> None:
-    trace = some(predator, 5)
+def test_numbers_begin_again_at_0() -> None:
+    trace = some(predator(), 5)
     samples = tuple(
         dataclasses.replace(one, seq=(65_533 + n) & 0xFFFF) for n, one in enumerate(trace.samples)
     )
@@ -205,393 +173,13 @@ def test_inches_are_the_simulators_counts() -> None:
     assert (trace.samples[0].where, trace.samples[1].where) == ("line 3", "line 5")
 
 
-def test_columns_without_content_are_left_out(predator: Subject) -> None:
-    bare = without_decisions(some(predator))
+def test_columns_without_content_are_left_out() -> None:
+    bare = without_decisions(some(predator()))
     assert vectors_text(bare, PREDATOR).splitlines()[0] == HEAD.removesuffix(
         ",state,command,latency_us"
     )
     assert bare.origin is not None
     assert bare.origin.genome is None
-
-
-BAD_VECTORS = {
-    "": "holds no header",
-    "# only words\n": "holds no header",
-    HEAD: "line 1: no reading follows",
-    "front_counts,t_ms\n0,0": "line 1: column 1 is 'front_counts', where .* has t_ms",
-    HEAD.replace("front_counts", "front_cm"): "column 2 is 'front_cm', .*front_counts or front_in",
-    "t_ms,front_counts": "column 3 is 'nothing', .* has right_counts or right_in",
-    HEAD + ",note": "behind the sensors may come state, command, latency_us",
-    HEAD.replace("state,command", "command,state"): "each once and in this order",
-    HEAD + "\n0,1,2": "line 2: has 3 cells and the header 11",
-    HEAD + f"\n0,{CALM},,,,": "line 2: has 12 cells",
-    HEAD + f"\n0,{CALM},,,\n\n# x\n-1,{CALM},,,": "line 5: t_ms is '-1': milliseconds",
-    HEAD + f"\nnan,{CALM},,,": "t_ms is 'nan'",
-    HEAD + f"\n1e3,{CALM},,,": "t_ms is '1e3'",
-    HEAD + f"\n0.1234,{CALM},,,": "t_ms is '0.1234'",
-    HEAD + f"\n0,65536{CALM[1:]},,,": "front_counts is '65536': a count is 0 to 65535",
-    HEAD + f"\n0,{CALM[:-1]}x,,,": "light_right_counts is 'x'",
-    HEAD + "\n0,0,0,0,2,0,0,0,,,": "antenna_left is '2': it is 1 for touched",
-    HEAD + f"\n0,{CALM},64,,": "state 64 is none of a predator",
-    HEAD + f"\n0,{CALM},,8,": "command is '8': a command is 0 to 7, or one of FORWARD",
-    HEAD + f"\n0,{CALM},,WAIT,": "command is 'WAIT'",
-    HEAD + f"\n0,{CALM},,,999999999": "latency_us is '999999999': it is 200000000 at most",
-    HEAD + f"\n0,{CALM},,,1.2345": "latency_us is '1.2345'",
-    HEAD + f"\n5,{CALM},,,\n4,{CALM},,,": "line 3: the time goes back from 5 ms to 4 ms",
-}
-
-
-@pytest.mark.parametrize(("text", "message"), BAD_VECTORS.items())
-def test_wrong_vectors_are_refused_with_their_line(text: str, message: str) -> None:
-    with pytest.raises(TraceError, match=message) as caught:
-        parse_vectors(text, "v.csv", PREDATOR)
-    assert str(caught.value).startswith("v.csv: ")
-    assert caught.value.exit_code == 3
-
-
-def test_a_header_is_of_one_robot() -> None:
-    assert "light" not in header_of(PREY)
-    with pytest.raises(TraceError, match="where a servobot-prey has front_left_counts"):
-        parse_vectors(f"{HEAD}\n0,{CALM},,,", "v.csv", PREY)
-
-
-# -- Frames that do not fit
-
-
-A, B, LIGHT, APPLY, ANSWER = range(5)
-
-
-def lines() -> list[str]:
-    """Return three readings of five frames each."""
-    reading = Stimulus((1843, 0, 700), (False, True), (0, 170))
-    samples = [Sample(n * 10**9, reading, n + 1, 15, 3) for n in range(3)]
-    return log_text(frames_of_samples(samples, PREDATOR)).splitlines()
-
-
-def changed(change: Callable[[list[str]], Any]) -> str:
-    rows = lines()
-    change(rows)
-    return "\n".join(rows) + "\n"
-
-
-def put(index: int, old: str, new: str) -> Callable[[list[str]], None]:
-    def change(rows: list[str]) -> None:
-        assert old in rows[index]
-        rows[index] = rows[index].replace(old, new)
-
-    return change
-
-
-FAULTY = frames_of(Stimulus((1, 0, 0), lights=(0, 0)), 1, Units.of(PREDATOR), 0x0100)[-1]
-
-BAD_FRAMES: dict[str, tuple[Callable[[list[str]], Any], str]] = {
-    "binary": (put(3, "104", "\x00\x01"), "line 4: .* is not like"),
-    "no stamp": (put(6, "(1.000000) ", ""), "line 7: .* is not like"),
-    "milliseconds": (put(6, "(1.000000)", "(1.000)"), "line 7: .* is not like"),
-    "two lines in one": (put(0, " T", " T (0.000000)"), "line 1"),
-    "cut in a frame": (lambda r: r.__setitem__(13, r[13][:26]), "line 14: .* bytes, not 8"),
-    "cut in a byte": (
-        lambda r: r.__setitem__(13, r[13][:27]),
-        "line 14: ends in the middle of a byte",
-    ),
-    "cut before apply": (lambda r: r.__delitem__(slice(13, 15)), "line 13: the file ends before"),
-    "empty": (lambda r: r.clear(), "a.log: holds no reading"),
-    "no sonar frame": (lambda r: r.pop(5 + B), "line 8: STIM_SONAR_B is missing"),
-    "no light": (lambda r: r.pop(5 + LIGHT), "line 8: reading 2 has 3 sonars and 0 light sensors"),
-    "apply alone": (lambda r: r.__delitem__(slice(5, 8)), "line 6: STIM_SONAR_A is missing"),
-    "no apply": (lambda r: r.pop(5 + APPLY), "line 9: a decision about reading 2, which is none"),
-    "no apply, no answer": (
-        lambda r: r.__delitem__(slice(8, 10)),
-        "line 9: a frame of reading 3 in the middle of reading 2",
-    ),
-    "twice": (lambda r: r.insert(6, r[5]), "line 10: STIM_SONAR_A is there twice"),
-    "reading lost": (lambda r: r.__delitem__(slice(5, 10)), "line 6: reading 3 follows 1"),
-    "number back": (lambda r: r.extend(re_timed(r[:5], 9)), "line 16: the number goes back from 3"),
-    "number again": (lambda r: r.extend(re_timed(r[10:], 9)), "line 16: the number goes back"),
-    "time back": (
-        put(10, "(2.0", "(0.9"),
-        "line 11: the time goes back from 1.000000 s to 0.900000",
-    ),
-    "mixed numbers": (put(6, "0200 T", "0300 T"), "line 7: a frame of reading 3 in the middle of"),
-    "foreign id": (put(5, "100#", "0FF#"), "line 6: 0FF is no message of rig.dbc"),
-    "extended id": (put(5, "100#", "00000100#"), "line 6: has an extended identifier"),
-    "remote": (put(5, re.sub(".*#", "", lines()[5]), "R8"), "line 6: has a remote frame"),
-    "fd": (put(5, "100#", "100##0"), "line 6: has a CAN FD frame"),
-    "other bus": (put(7, "can0", "can1"), "line 8: a frame of can1 among those of can0"),
-    "short": (put(5, "100#", "100#00"), "line 6: STIM_SONAR_A has 9 bytes"),
-    "fault": (
-        lambda r: r.__setitem__(3, f"(0.000000) can0 104#{FAULTY.data.hex()} T"),
-        "line 4: reading 1 has a fault",
-    ),
-    "prey": (
-        lambda r: r.__setitem__(3, r[3].replace("104#0207", "104#023F")),
-        "line 4: STIM_SONAR_C is missing",
-    ),
-    "mask": (lambda r: r.__setitem__(3, r[3].replace("104#0207", "104#0205")), "SONAR_MASK 000101"),
-    "too long": (
-        put(0, "100#" + lines()[0].split("#")[1][:6], "100#FFFFFF"),
-        "line 4: .* is longer",
-    ),
-    "answer twice": (lambda r: r.insert(5, r[4]), "line 6: a second decision about reading 1"),
-    "answer first": (lambda r: r.insert(0, r[4]), "line 1: a decision about reading 1, which is"),
-    "answer to none": (put(4, "0100", "0900"), "line 5: a decision about reading 9"),
-}
-
-
-def re_timed(rows: list[str], second: int) -> list[str]:
-    return [re.sub(r"\(\d+", f"({second}", row) for row in rows]
-
-
-@pytest.mark.parametrize("case", BAD_FRAMES)
-def test_wrong_frames_are_refused_with_their_line(case: str) -> None:
-    change, message = BAD_FRAMES[case]
-    with pytest.raises(TraceError, match=message) as caught:
-        parsed(changed(change))
-    assert str(caught.value).startswith("a.log: ")
-    assert len(str(caught.value).splitlines()) == 1
-
-
-def test_a_prey_has_no_state_11() -> None:
-    plain = Stimulus((0,) * 6)
-    frames = [*frames_of(plain, 1, Units.of(PREY)), decision_frame(Observation(1, 1, 11))]
-    text = log_text((0, frame) for frame in frames)
-    with pytest.raises(TraceError, match="line 5: state 11 is none of a prey"):
-        parsed(text, PREY)
-
-
-def test_late_answers_are_counted_and_others_messages_passed_over() -> None:
-    rows = lines()
-    status = "(1.000000) can0 081#0000000000000000 R"
-    late = [*rows[:9], rows[4].replace("(0", "(1"), status, *rows[9:]]
-    samples, stale = parsed("\n".join(late))
-    assert (samples, stale) == (parsed("\n".join(rows))[0], 1)
-
-
-def test_a_decision_that_was_none_is_none() -> None:
-    rows = lines()
-    rows[4] = rows[4].replace("#8B", "#00").replace("200#8", "200#0")
-    assert int(rows[4].split("#")[1][:2], 16) & 8 == 0
-    samples, _ = parsed("\n".join(rows))
-    assert [one.decided for one in samples] == [False, True, True]
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"is_extended_id": True}, "frame 1: has an extended identifier"),
-        ({"is_remote_frame": True, "data": None, "dlc": 8}, "frame 1: has a remote frame"),
-        ({"is_error_frame": True}, "frame 1: has an error"),
-        ({"is_fd": True}, "frame 1: has a CAN FD frame"),
-        ({"arbitration_id": 0x7FF}, "frame 1: 7FF is no message"),
-        ({"data": b"\1"}, "frame 1: STIM_SONAR_A has 1 bytes"),
-    ],
-)
-def test_frames_of_other_kinds_are_refused_whatever_the_format(
-    predator: Subject, changes: dict[str, Any], message: str, tmp_path: Path
-) -> None:
-    plain: dict[str, Any] = {"arbitration_id": 0x100, "data": bytes(8), "is_extended_id": False}
-    path = tmp_path / "a.blf"
-    with can.Logger(path) as writer:
-        writer.on_message_received(can.Message(timestamp=0.0, channel=0, **(plain | changes)))
-    with pytest.raises(TraceError, match=message):
-        read_trace(path, PREDATOR)
-
-
-def test_two_buses_in_one_file_are_refused(predator: Subject, tmp_path: Path) -> None:
-    path = tmp_path / "a.asc"
-    with can.Logger(path) as writer:
-        for n, message in enumerate(messages(some(predator), channel=0)):
-            message.channel = int(n == 3)
-            writer.on_message_received(message)
-    with pytest.raises(TraceError, match="frame 4: a frame of bus 1 among those of 0"):
-        read_trace(path, PREDATOR)
-
-
-def test_times_from_frame_to_frame_are_refused(predator: Subject, tmp_path: Path) -> None:
-    path = tmp_path / "a.asc"
-    with can.Logger(path) as writer:
-        for message in messages(some(predator), channel=0):
-            writer.on_message_received(message)
-    text = path.read_text()
-    assert "timestamps absolute" in text
-    path.write_text(text.replace("timestamps absolute", "timestamps relative"))
-    with pytest.raises(TraceError, match="its times count from frame to frame"):
-        read_trace(path, PREDATOR)
-
-
-# -- Whatever else is in a file
-
-
-@pytest.mark.parametrize("suffix", [".log", ".csv", ".asc", ".blf", ".trc", ".log.gz"])
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe\x00binary\x80" * 50, b"\n\n", b"LOGG" * 99])
-def test_what_is_no_trace_is_one_sentence(suffix: str, content: bytes, tmp_path: Path) -> None:
-    path = tmp_path / f"a{suffix}"
-    path.write_bytes(content)
-    with pytest.raises(TraceError) as caught:
-        read_trace(path, PREDATOR)
-    assert str(caught.value).startswith(f"{path}: ")
-
-
-def test_a_missing_file_and_an_unknown_kind(tmp_path: Path) -> None:
-    for suffix in (".log", ".csv", ".asc", ".blf", ".log.gz"):
-        with pytest.raises(TraceError, match=r"cannot be read \(No such file"):
-            read_trace(tmp_path / f"none{suffix}", PREDATOR)
-    with pytest.raises(TraceError, match=r"name ends in \.csv, \.log"):
-        read_trace(tmp_path / "none.xlsx", PREDATOR)
-
-
-def spoil(data: bytes, chance: random.Random) -> bytes:
-    """Return bytes with a few of them, or of their lines, gone, doubled or changed."""
-    for _ in range(chance.randrange(1, 4)):
-        rows = data.split(b"\n")
-        at, row = chance.randrange(len(data) or 1), chance.randrange(len(rows))
-        kind = chance.randrange(6)
-        if kind == 0:
-            data = data[:at]
-        elif kind == 1:
-            data = data[:at] + bytes([chance.randrange(256)]) + data[at + 1 :]
-        elif kind == 2:
-            data = b"\n".join([*rows[:row], *rows[row + 1 :]])
-        elif kind == 3:
-            data = b"\n".join([*rows[:row], *rows[row:][:1], *rows[row:]])
-        elif kind == 4:
-            data = data[:at] + data[at + chance.randrange(20) :]
-        else:
-            data = data[:at] + data[at : at + 9] * 2 + data[at:]
-    return data
-
-
-@pytest.fixture(scope="module")
-def good(predator: Subject, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """Return the same trace in all formats, and a sidecar, by suffix."""
-    folder = tmp_path_factory.mktemp("good")
-    trace = some(predator)
-    for suffix in (".asc", ".blf", ".trc"):
-        with can.Logger(folder / f"a{suffix}") as writer:
-            for message in messages(trace, channel=0):
-                writer.on_message_received(message)
-    for suffix in (".csv", ".log"):
-        write_trace(folder / f"a{suffix}", trace, PREDATOR)
-    shutil.move(folder / "a.log.json", folder / "sidecar.log.json")
-    (folder / "a.csv.json").unlink()
-    return {"".join(path.suffixes): path.read_bytes() for path in sorted(folder.glob("*.*"))}
-
-
-@settings(max_examples=40, deadline=None)
-@given(seed=st.integers(0, 2**32))
-@pytest.mark.parametrize("suffix", [".log", ".csv", ".asc", ".blf", ".trc", ".log.json"])
-def test_a_spoiled_file_is_a_trace_or_one_sentence(
-    good: dict[str, bytes], suffix: str, seed: int, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    folder = tmp_path_factory.getbasetemp() / "spoiled"
-    folder.mkdir(exist_ok=True)
-    for path in folder.iterdir():
-        path.unlink()
-    content = spoil(good[suffix], random.Random(seed))
-    name = suffix.removesuffix(".json")
-    (folder / f"a{name}").write_bytes(good[name])
-    (folder / f"a{suffix}").write_bytes(content)
-    trace, said = None, ""
-    try:
-        trace = read_trace(folder / f"a{name}", PREDATOR)
-    except TraceError as error:
-        said = str(error)
-    if trace is None:
-        assert said.startswith(str(folder))
-        assert len(said.splitlines()) == 1
-        return
-    assert trace.samples
-    again = parse_vectors(vectors_text(trace, PREDATOR), "again.csv", PREDATOR)
-    assert again.stimuli == trace.stimuli
-
-
-@settings(max_examples=40, deadline=None)
-@given(text=st.text(max_size=200))
-def test_any_text_is_refused_in_one_sentence(text: str) -> None:
-    for read in (lambda: parsed(text), lambda: parse_vectors(text, "a.csv", PREDATOR)):
-        with pytest.raises(TraceError):
-            read()
-
-
-# -- Where a trace comes from
-
-
-@pytest.fixture
-def stored(predator: Subject, tmp_path: Path) -> Path:
-    path = tmp_path / "a.log"
-    write_trace(path, some(predator), PREDATOR)
-    return path
-
-
-def edit(path: Path, change: Callable[[dict[str, Any]], Any]) -> None:
-    row = json.loads(path.read_text())
-    change(row)
-    path.write_text(json.dumps(row))
-
-
-SIDECARS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
-    "trace": (lambda r: r.update(trace="00"), "a.log: its content is not what .*a.log.json was"),
-    "dbc": (lambda r: r.update(dbc="00"), "a.log: .*a.log.json says that it was recorded by anot"),
-    "tick": (lambda r: r.update(tick_ns=100), "a.log.json: tick_ns: is 100"),
-    "role": (lambda r: r["robot"].update(role="prey"), "a prey, and servobot-predator is a pred"),
-    "robot": (
-        lambda r: r["robot"].update(digest="ab" * 32),
-        "a.log.json: robot: .* digest abababab",
-    ),
-    "format": (lambda r: r.update(format="x"), "a.log.json: format: is not cgagen-trace-1"),
-    "missing": (lambda r: r.pop("images"), "a.log.json: images: is missing"),
-    "kind": (lambda r: r.update(readings="6"), "a.log.json: readings: is missing, or of another"),
-    "bool": (lambda r: r.update(seed=True), "a.log.json: seed"),
-    "image": (lambda r: r.update(images={"main": 1}), "a.log.json: robot"),
-    "target": (lambda r: r.update(target="oracle"), "a.log.json: target"),
-    "role word": (lambda r: r["robot"].update(role="cat"), "a.log.json: robot"),
-}
-
-
-@pytest.mark.parametrize("case", SIDECARS)
-def test_a_sidecar_that_does_not_fit_is_refused(stored: Path, case: str) -> None:
-    change, message = SIDECARS[case]
-    edit(stored.with_name("a.log.json"), change)
-    with pytest.raises(TraceError, match=message):
-        read_trace(stored, PREDATOR)
-
-
-def test_a_changed_trace_and_another_dbc_are_refused(stored: Path) -> None:
-    dbc = stored.with_name("rig.dbc")
-    assert dbc.read_text() == dbc_text()
-    dbc.write_text(dbc_text().replace("(0.05,0)", "(0.1,0)"))
-    with pytest.raises(TraceError, match=r"a\.log: the rig\.dbc beside it is not this rig's"):
-        read_trace(stored, PREDATOR)
-    dbc.unlink()
-    read_trace(stored, PREDATOR)
-    stored.write_text("".join(stored.read_text().splitlines(keepends=True)[:-5]))
-    with pytest.raises(TraceError, match="its content is not what"):
-        read_trace(stored, PREDATOR)
-    stored.with_name("a.log.json").write_text("{")
-    with pytest.raises(TraceError, match=r"a\.log\.json: line 1: is no JSON"):
-        read_trace(stored, PREDATOR)
-
-
-def test_a_trace_is_of_one_robot(stored: Path) -> None:
-    with pytest.raises(TraceError, match="a predator, and servobot-prey is a prey"):
-        read_trace(stored, PREY)
-    stored.with_name("a.log.json").unlink()
-    with pytest.raises(TraceError, match="line 4: reading 1 has 3 sonars and 2 light sensors"):
-        read_trace(stored, PREY)
-
-
-def test_nothing_is_overwritten_without_a_word(predator: Subject, stored: Path) -> None:
-    before = stored.read_bytes()
-    write_trace(stored, some(predator), PREDATOR)
-    with pytest.raises(FolderError, match=r"a\.log: is there already"):
-        write_trace(stored, some(predator, 3), PREDATOR)
-    assert stored.read_bytes() == before
-    write_trace(stored, some(predator, 3), PREDATOR, force=True)
-    assert len(read_trace(stored, PREDATOR).samples) == 3
-    with pytest.raises(TraceError, match=r"as \.log or \.csv"):
-        write_trace(stored.with_name("a.blf"), some(predator), PREDATOR)
-    with pytest.raises(TraceError, match="nothing tells where it comes from"):
-        write_trace(stored, Trace("x", some(predator).samples), PREDATOR)
 
 
 def test_a_state_alone_has_no_room_in_frames() -> None:
@@ -600,10 +188,10 @@ def test_a_state_alone_has_no_room_in_frames() -> None:
         trace_bytes(trace, PREDATOR, ".log")
 
 
-def test_no_name_of_a_machine_or_folder_is_in_a_file(predator: Subject, tmp_path: Path) -> None:
-    target = SimulatedTarget(predator)
+def test_no_name_of_a_machine_or_folder_is_in_a_file(tmp_path: Path) -> None:
+    target = SimulatedTarget(predator())
     target.url = "serial:/dev/ttyUSB7"
-    trace, _ = record_readings(predator, target, some(predator).stimuli, {})
+    trace, _ = record_readings(predator(), target, some(predator()).stimuli, {})
     write_trace(tmp_path / "a.log", trace, PREDATOR)
     text = (tmp_path / "a.log.json").read_text()
     assert '"target": "serial"' in text

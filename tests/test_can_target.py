@@ -92,9 +92,6 @@ def test_a_fault_that_is_asked_for_fires_or_does_not() -> None:
             one.decide(near, Fault.NO_ECHO_4)
 
 
-# -- What else comes on a bus ---------------------------------------------------------------------
-
-
 def test_repeated_and_late_answers_are_discarded_and_counted() -> None:
     old: list[Frame] = []
 

@@ -69,9 +69,6 @@ def test_a_servo_frame_that_is_lost_is_missed() -> None:
             one.servos(0)
 
 
-# -- Who falls silent -----------------------------------------------------------------------------
-
-
 class Mute(Rig):
     """Falls silent, or goes on with its heart alone, at a frame."""
 

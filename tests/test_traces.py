@@ -141,9 +141,6 @@ def test_a_decision_comes_when_the_target_had_decided() -> None:
     assert times == [1_000, 93_400]
 
 
-# -- Vectors
-
-
 def test_inches_are_the_simulators_counts() -> None:
     text = (
         "# a comment\n"

@@ -90,8 +90,6 @@ def put(index: int, old: str, new: str) -> Callable[[list[str]], None]:
 
 
 FAULTY = frames_of(Stimulus((1, 0, 0), lights=(0, 0)), 1, Units.of(PREDATOR), 0x0100)[-1]
-
-
 BAD_FRAMES: dict[str, tuple[Callable[[list[str]], Any], str]] = {
     "binary": (put(3, "104", "\x00\x01"), "line 4: .* is not like"),
     "no stamp": (put(6, "(1.000000) ", ""), "line 7: .* is not like"),

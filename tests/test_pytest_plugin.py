@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from cgagen.pytest_plugin import ours
+
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 
 USER_TEST = """
@@ -101,11 +103,21 @@ def test_a_project_with_a_folder_of_our_name_runs(tmp_path: Path, room: str) -> 
         "    return 'own'\n"
         "def test_three(hil_board, request):\n"
         "    assert not request.node.user_properties\n"
+        "@pytest.mark.hil_req('THEIRS')\n"
+        "def test_four():\n"
+        "    pass\n"
+        "def test_wrong(hil_target):\n"
+        "    raise RuntimeError('their own')\n"
+        "def test_last():\n"
+        "    pass\n"
     )
-    ended = run(tmp_path)
-    assert ended.returncode == 0, ended.stdout
-    assert "3 passed" in ended.stdout
-    assert "firmware" not in ended.stdout
+    alone, shared = run(tmp_path), run(tmp_path, "-n", "1")
+    for ended in (alone, shared):
+        assert ended.returncode == 1, ended.stdout + ended.stderr
+        assert "1 failed, 5 passed" in ended.stdout, ended.stdout
+        assert "RuntimeError: their own" in ended.stdout
+        assert "firmware" not in ended.stdout
+        assert "hides ours" not in ended.stdout + ended.stderr
     (tmp_path / "test_ours.py").write_text("def test_ours(hil_subject):\n    pass\n")
     ended = run(tmp_path, "test_ours.py")
     assert ended.returncode != 0
@@ -123,8 +135,23 @@ def test_a_user_tries_a_build_from_a_project_of_their_own(tmp_path: Path) -> Non
     )
     assert ended.returncode == 1
     assert "/no: cannot be opened" in ended.stdout
+    assert "Error" not in ended.stdout.partition("= ERRORS =")[2].partition("= short")[0]
+    ended = inside(tmp_path, CGAGEN_HIL_LEVEL="deep")
+    assert "the level is one of smoke, boundary" in ended.stdout
     ended = inside(tmp_path, f"--hil-build={FIRMWARE / 'prey'}", CGAGEN_HIL_LEVEL="deep")
-    assert "the level is one of smoke, boundary" in ended.stdout + ended.stderr
+    assert "ERROR: hil: level is deep; the level is one of smoke, boundary" in ended.stderr
+
+
+def test_without_firmware_there_is_one_sentence_a_test(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where the package is installed: there are no reference robots."""
+    (tmp_path / "test_robot.py").write_text(USER_TEST)
+    monkeypatch.setattr(ours, "REFERENCE", Path("none"))
+    ended = inside(tmp_path)
+    assert "1 error" in ended.stdout, ended.stdout
+    assert "\nno firmware was named; give --hil-genome FILE, " in ended.stdout
+    assert "/ours.py" not in ended.stdout
 
 
 def test_what_a_target_cannot_do_is_skipped_or_refused(tmp_path: Path) -> None:
@@ -136,6 +163,9 @@ def test_what_a_target_cannot_do_is_skipped_or_refused(tmp_path: Path) -> None:
         "def test_power(hil_target): pass\n"
         "@pytest.mark.hil_hardware\n"
         "def test_wire(hil_target): pass\n"
+        "@pytest.mark.hil_needs('power')\n"
+        "def test_alone(): pass\n"
+        "def test_trace(hil_trace): pass\n"
     )
     words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-target", "simulator")
     ended = inside(tmp_path, *words, "--strict-markers", "-k", "state or power")
@@ -145,6 +175,14 @@ def test_what_a_target_cannot_do_is_skipped_or_refused(tmp_path: Path) -> None:
     assert ended.returncode == 1
     ended = inside(tmp_path, "-k", "wire")
     assert "2 skipped" in ended.stdout, ended.stdout
+    ended = inside(tmp_path, *words, "-k", "wire or trace")
+    assert "2 skipped" in ended.stdout, ended.stdout
+    ended = inside(tmp_path, *words, "--hil-require", "-k", "wire or trace")
+    assert "2 errors" in ended.stdout, ended.stdout
+    assert "needs a target on a wire; name one" in ended.stdout
+    assert "needs a trace; name one" in ended.stdout
+    ended = inside(tmp_path, "-k", "alone")
+    assert "ask for the fixture hil_target" in ended.stdout
 
 
 def test_command_line_before_ini_file_before_environment(tmp_path: Path) -> None:
@@ -167,6 +205,8 @@ def test_command_line_before_ini_file_before_environment(tmp_path: Path) -> None
     assert ended.returncode == 0, ended.stdout
     ended = inside(tmp_path, CGAGEN_HIL_RERUNS="often")
     assert "reruns is often; it is a number from 0" in ended.stdout
+    ended = inside(tmp_path, "--hil-seed=-1")
+    assert (ended.returncode, "seed is -1; it is a number" in ended.stderr) == (4, True)
 
 
 OWN_TESTS = """
@@ -247,12 +287,15 @@ def test_what_a_run_leaves_behind_and_the_same_bytes_again(tmp_path: Path) -> No
 def test_a_long_test_runs_when_it_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text(
         "import pytest\ndef test_short(): pass\n@pytest.mark.hil_slow\ndef test_long(): pass\n"
+        "@pytest.mark.hil_slow\n@pytest.mark.parametrize('n', (1, 2))\ndef test_both(n): pass\n"
     )
     for words, outcome in (
-        ((), "1 passed, 1 deselected"),
-        (("-m", "hil_slow"), "1 passed, 1 deselected"),
+        ((), "1 passed, 3 deselected"),
+        (("-m", "hil_slow"), "3 passed, 1 deselected"),
         (("test_it.py::test_long",), "1 passed in"),
-        (("-m", "hil_slow or not hil_slow"), "2 passed"),
+        (("test_it.py::test_both",), "2 passed in"),
+        (("test_it.py::test_both[2]",), "1 passed in"),
+        (("-m", "hil_slow or not hil_slow"), "4 passed"),
     ):
         assert outcome in inside(tmp_path, *words).stdout, words
 
@@ -262,6 +305,8 @@ def test_what_cannot_be_written_is_a_sentence(tmp_path: Path) -> None:
     words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=no/r.html")
     ended = inside(tmp_path, *words)
     assert (ended.returncode, "there is no folder no" in ended.stderr) == (4, True)
+    ended = inside(tmp_path, words[0], "--hil-kills=no.json")
+    assert (ended.returncode, "no.json: is no kill matrix" in ended.stderr) == (4, True)
     (tmp_path / "taken").write_text("")
     ended = inside(tmp_path, words[0], "--hil-coverage=taken/lines.info")
     assert (ended.returncode, "not written: taken: " in ended.stdout) == (4, True), ended.stdout

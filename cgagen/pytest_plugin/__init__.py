@@ -41,10 +41,19 @@ from cgagen.pytest_plugin.fixtures import (
     hil_trace,
     hil_vcd,
     hil_vectors,
+    is_a_sentence,
+    missing,
     reset,
 )
-from cgagen.pytest_plugin.options import HilConfig, add_options, given, on_wires, targets_of
-from cgagen.pytest_plugin.ours import ROLES
+from cgagen.pytest_plugin.options import (
+    HilConfig,
+    add_options,
+    given,
+    on_command_line,
+    on_wires,
+    targets_of,
+)
+from cgagen.pytest_plugin.ours import subjects_of
 from cgagen.pytest_plugin.session import LEVEL, REQUIREMENT, SESSION, VERDICT, WORKER, HilSession
 
 if TYPE_CHECKING:
@@ -90,6 +99,9 @@ class Ears:
         self._session.note_test(report)
 
 
+REPORTING = ("coverage", "report", "kills", "requirements")
+"""Options that are looked at before the tests."""
+
 _LINES = pytest.StashKey[list[str]]()
 
 
@@ -105,14 +117,16 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[SESSION] = HilSession(config)
     config.pluginmanager.register(Ears(config.stash[SESSION]), "cgagen-hil-ears")
     config.stash[_LINES] = []
-    own = [given(config, name) for name in ("genome", "robot", "build")]
-    subjects = ("named",) if any(own) else ROLES
-    config.pluginmanager.register(fixtures_of(subjects, targets_of(config)), "cgagen-hil")
+    if on_command_line(config):
+        config.stash[SESSION].asked  # noqa: B018  a wrong word is refused before the tests
+    named = any(given(config, name) for name in ("genome", "robot", "build"))
+    fixtures = fixtures_of(subjects_of(named), targets_of(config))
+    config.pluginmanager.register(fixtures, "cgagen-hil")
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Begin to count executed lines, where a report or coverage was asked for."""
-    if given(session.config, "coverage") or given(session.config, "report"):
+    """Look at what a report needs, and begin to count executed lines, where that is wanted."""
+    if any(given(session.config, name) for name in REPORTING):
         session.config.stash[SESSION].start()
 
 
@@ -133,11 +147,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave long tests out that nobody asked for; keep those of a wire in one worker of xdist."""
     if "slow" not in (config.getoption("markexpr", "") or ""):
-        named = [word for word in config.args if "::" in word]
+        named = {word.rpartition("::")[2].partition("[")[0] for word in config.args if "::" in word}
         long = [
             item
             for item in items
-            if item.get_closest_marker("hil_slow") and not any(item.nodeid in one for one in named)
+            if item.get_closest_marker("hil_slow")
+            and getattr(item, "originalname", item.name) not in named
         ]
         if long:
             config.hook.pytest_deselected(items=long)
@@ -159,7 +174,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     item.user_properties.append((LEVEL, wanted.level))
     item.stash[FILES] = TestFiles(item, wanted)
     if next(item.iter_markers("hil_hardware"), None) and not on_wires(item.config):
-        pytest.skip("needs a target on a wire; name one with --hil-target serial:PORT")
+        missing(item.config, "needs a target on a wire; name one with --hil-target serial:PORT")
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -204,13 +219,16 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> object | None:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Say BLOCKED of a test that a sick bench has stopped."""
+    """Say BLOCKED of a test that a sick bench has stopped, and a sentence where that is all."""
     report = yield
     if call.excinfo is not None and _of_firmware(item):
         if blocked(call.excinfo.value):
             report.user_properties.append((VERDICT, "BLOCKED"))
-        if call.when == "setup" and report.failed and FILES in item.stash:
-            item.stash[FILES].finish(str(call.excinfo.value))
+        if call.when == "setup" and report.failed:
+            if FILES in item.stash:
+                item.stash[FILES].finish(str(call.excinfo.value))
+            if is_a_sentence(call.excinfo.value) and not item.config.getoption("fulltrace", False):
+                report.longrepr = call.excinfo.getrepr(style="value", chain=False)
     return report
 
 
@@ -258,10 +276,9 @@ def _is_ours(metafunc: pytest.Metafunc, name: str) -> bool:
 
 def _check_needs(item: pytest.Item) -> None:
     for mark in item.iter_markers("hil_needs"):
-        target: Target = getattr(item, "funcargs", {})["hil_target"]
-        missing = [one for one in mark.args if one not in target.caps]
-        if missing:
-            words = f"{target.url} cannot show: {', '.join(missing)}"
-            if item.config.stash[SESSION].asked.require:
-                pytest.fail(words, pytrace=False)
-            pytest.skip(words)
+        target: Target | None = getattr(item, "funcargs", {}).get("hil_target")
+        if target is None:
+            pytest.fail("hil_needs is about a target; ask for the fixture hil_target", False)
+        lacks = [one for one in mark.args if one not in target.caps]
+        if lacks:
+            missing(item.config, f"{target.url} cannot show: {', '.join(lacks)}")

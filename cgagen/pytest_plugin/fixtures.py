@@ -5,13 +5,13 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import pytest
 
 from cgagen.pytest_plugin.artifacts import FILES, Draw
 from cgagen.pytest_plugin.options import HilConfig
-from cgagen.pytest_plugin.ours import load, subject_for
+from cgagen.pytest_plugin.ours import errors, load, subject_for
 from cgagen.pytest_plugin.session import SESSION, VERDICT
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ def hil_vectors(request: pytest.FixtureRequest, hil_subject: "Subject") -> "Trac
 def _trace(request: pytest.FixtureRequest, subject: "Subject", wanted: str) -> "Trace":
     path: Path | None = getattr(request, "param", None)
     if path is None:
-        pytest.skip(f"needs {wanted}")
+        missing(request.config, f"needs {wanted}")
     origin = load("hil.traces.sidecar").read_origin(path, str(path))
     if origin is not None and origin.role is not subject.role:
         pytest.skip(f"{path.name} is a {origin.role}'s, and {subject.robot.name} none")
@@ -237,11 +237,23 @@ def _traces(trial: "Trial") -> list[str]:
 
 def reset(target: "Target") -> None:
     """Reset a sick target, if it can be; what follows will tell."""
-    with suppress(load("cgagen.errors").RigError):
+    with suppress(errors().RigError):
         target.reset()
 
 
 def blocked(error: BaseException) -> bool:
     """Whether an error says that the bench is sick, and nothing of the firmware."""
-    errors = load("cgagen.errors")
-    return isinstance(error, errors.RigError) and not isinstance(error, errors.TargetTimeout)
+    known = errors()
+    return isinstance(error, known.RigError) and not isinstance(error, known.TargetTimeout)
+
+
+def missing(config: pytest.Config, words: str) -> NoReturn:
+    """Skip a test for which something is missing; with `--hil-require` it is an error."""
+    if config.stash[SESSION].asked.require:
+        pytest.fail(words, pytrace=False)
+    pytest.skip(words)
+
+
+def is_a_sentence(error: BaseException) -> bool:
+    """Whether the words of an error say all that its reader needs."""
+    return isinstance(error, errors().CgagenError | pytest.UsageError)

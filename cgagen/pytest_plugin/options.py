@@ -54,7 +54,7 @@ OPTIONS = (
     Option("kills", "FILE", "Kill matrix of make hil-mutants.", many=True, path=True),
     Option("requirements", "FILE", "TOML: what the ids of hil_req stand for.", path=True),
     Option("reruns", "N", "Repeat what a sick bench has blocked (0)."),
-    Option("require", "", "What a target cannot do is an error, no skip."),
+    Option("require", "", "What cannot be tried is an error, no skip."),
 )
 
 
@@ -140,6 +140,11 @@ def given(config: pytest.Config, name: str) -> tuple[str, ...]:
         return tuple(str(config.rootpath / word) for word in found) if one.path else found
     words = os.environ.get(f"CGAGEN_HIL_{name.upper()}", "")
     return tuple(words.split()) if one.many else ((words,) if words else ())
+
+
+def on_command_line(config: pytest.Config) -> bool:
+    """Whether an option of ours is on the command line: then the user means us."""
+    return any(config.getoption(f"--hil-{one.name}", None) is not None for one in OPTIONS)
 
 
 def targets_of(config: pytest.Config) -> tuple[str, ...]:

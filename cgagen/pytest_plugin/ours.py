@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from hil.subject import Subject
 
 ROLES = ("predator", "prey")
+NAMED = ("named",)
 REFERENCE = Path("firmware")
 """Folder of the reference builds, beside `hil/` in a checkout of cgagen."""
 
@@ -40,6 +41,16 @@ def load(name: str) -> Any:
 def reference_folder(role: str) -> Path:
     """Return where the reference build of a robot would be."""
     return HERE / REFERENCE / role
+
+
+def errors() -> Any:
+    """Return the tree of errors; it needs nothing else of ours, whatever lies in a project."""
+    return importlib.import_module("cgagen.errors")
+
+
+def subjects_of(named: bool) -> tuple[str, ...]:
+    """Return what is on trial: what was named, or in a checkout of cgagen both references."""
+    return ROLES if not named and reference_folder(ROLES[0]).is_dir() else NAMED
 
 
 def subject_for(wanted: HilConfig, role: str) -> "Subject":

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cgagen.pytest_plugin.options import OPTIONS, HilConfig, asked
-from cgagen.pytest_plugin.ours import HERE, ROLES, load, reference_folder, subject_for
+from cgagen.pytest_plugin.ours import HERE, ROLES, errors, load, reference_folder, subject_for
 
 if TYPE_CHECKING:
     from hil.benches import Counted
@@ -72,13 +72,17 @@ class HilSession:
         return self._asked
 
     def start(self) -> None:
-        """Begin to count executed lines, if they are wanted."""
+        """Begin to count executed lines, if they are wanted, and look at the files of a report.
+
+        Raises:
+            pytest.UsageError: a file that could not be read or written at the end.
+        """
+        if self.asked.reports or self.asked.kills or self.asked.requirements:
+            self._check_files()
         if self.asked.counts and self._counted is None:
             benches = load("hil.benches")
             self._counted = benches.Counted()
             self._stack.enter_context(benches.looking(self._counted))
-            if self.asked.reports:
-                self._check_files()
 
     def _check_files(self) -> None:
         """Refuse what could not be read or written at the end, before the tests.
@@ -92,7 +96,7 @@ class HilSession:
             for path in self.asked.kills:
                 report.read_kills(path)
             load("hil.requirements").read_requirements(self.asked.requirements)
-        except load("cgagen.errors").CgagenError as error:
+        except errors().CgagenError as error:
             raise pytest.UsageError(str(error)) from error
 
     def evidence(self, subject: "Subject") -> "Evidence":
@@ -131,7 +135,7 @@ class HilSession:
     def finish(self) -> list[str]:
         """Write what was asked for; returns lines for the terminal."""
         self._stack.close()
-        if not (self._evidence or self._handed or self._counted or self.requirements):
+        if not self._knows:
             return []
         robots = self._robots()
         lines = [line for robot in robots for line in self._told(robot)]
@@ -140,7 +144,7 @@ class HilSession:
                 lines += load("hil.coverage_files").write_coverage(self.asked.coverage, robots)
             if self.asked.reports:
                 lines += [f"report: {file}" for file in self._write_reports(robots)]
-        except load("cgagen.errors").CgagenError as error:
+        except errors().CgagenError as error:
             self.failed = True
             lines.append(f"not written: {error}")
         return lines
@@ -168,8 +172,15 @@ class HilSession:
                 words += [part for one in found for part in (f"--hil-{option.name}", str(one))]
         return words
 
+    @property
+    def _knows(self) -> bool:
+        """Whether there is anything to tell; in the runs of others nothing of ours is imported."""
+        return bool(self._evidence or self._handed or self._counted)
+
     def _robots(self) -> list[dict[str, Any]]:
         """Return what is known of each firmware, by this process and by all workers."""
+        if not self._knows:
+            return []
         module = load("hil.evidence")
         if self._counted is not None:
             self._count()

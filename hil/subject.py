@@ -1,10 +1,12 @@
 """What is on trial: a robot, its genome, and the programs that are to be in its chips."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from cgagen.build import Build, read_record
-from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE
+from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE, flags_of
 from cgagen.errors import FolderError, RigError
 from cgagen.genome import Genome, load
 from cgagen.robot import Robot, load_robot
@@ -83,10 +85,7 @@ def read_subject(folder: Path) -> Subject:
     record = read_record(folder)
     try:
         programs = {name: record["programs"][name] for name in CHIPS}
-        images = {
-            name: Image(chip(row["model"]), (folder / row["image"]).read_bytes(), slot=row["slot"])
-            for name, row in programs.items()
-        }
+        images = {name: _image(folder, row) for name, row in programs.items()}
         sources = {
             name: (folder / row["source"]).read_text("ascii", "replace")
             for name, row in programs.items()
@@ -100,3 +99,8 @@ def read_subject(folder: Path) -> Subject:
     robot = load_robot(str(folder / ROBOT_FILE))
     genome = load(folder / GENOME_FILE) if robot.role is Role.PREDATOR else None
     return Subject(robot, genome, images, sources, files, str(folder))
+
+
+def _image(folder: Path, row: Mapping[str, Any]) -> Image:
+    data = (folder / row["image"]).read_bytes()
+    return Image(chip(row["model"]), data, flags_of(row["blocks"]), row["slot"])

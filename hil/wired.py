@@ -9,6 +9,8 @@ from itertools import count
 from cgagen.bench_protocol import Banner, reading_text
 from cgagen.closing import Closing
 from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.flash import plan_of
+from cgagen.flash.verify import read_sent
 from cgagen.link.bench_hook import BenchHook, banner_in
 from cgagen.stamp.image import Image
 from hil.subject import Subject
@@ -78,8 +80,9 @@ class WiredChip(Closing):
         self.hook.hello()
 
     def identity(self) -> Identity:
-        """Return what the banner in the EEPROM says, with the digest of all of it."""
-        eeprom = self.hook.dump()
+        """Return what the banner in the EEPROM says, with the digest of all that is loaded."""
+        image = self.subject.images[self.chip]
+        eeprom = read_sent(self.hook, plan_of(image))
         banner = banner_in(eeprom)
         if banner is None:
             raise IdentityError(
@@ -87,7 +90,7 @@ class WiredChip(Closing):
                 "first"
             )
         self._compare(banner)
-        digest = Image(self.subject.images[self.chip].model, eeprom).digest
+        digest = Image(image.model, eeprom).digest
         return Identity(banner.robot, banner.genome, {self.chip: digest}, self.hook.nonce)
 
     def _greet(self) -> None:

@@ -7,9 +7,11 @@ import pytest
 
 from cgagen.emulator.bench import Bench
 from cgagen.errors import IdentityError, RigError, TargetTimeout
+from cgagen.flash import plan_of
 from cgagen.link import bench_hook, prompted
 from cgagen.link.bench_hook import BenchHook
 from cgagen.stamp.image import Image
+from cgagen.stamp.packets import BLOCK_BYTES
 from hil.emulated import robot_bench
 from hil.equivalence import Verdict, compare
 from hil.pipe import BytePipe
@@ -129,6 +131,21 @@ def test_a_chip_with_other_bytes_is_blocked(monkeypatch: pytest.MonkeyPatch) -> 
         prey = subject("prey")
         with pytest.raises(IdentityError, match="not servobot-prey"):
             WiredTarget(pipe.url, prey, gaps=False).open()
+
+
+def test_a_chip_with_a_past_is_no_other_chip() -> None:
+    """A download leaves the blocks that it does not send as they were."""
+    one = subject("predator")
+    image = one.images["main"]
+    past = bytearray(b"\xa5" * len(image.eeprom))
+    for block in plan_of(image).blocks:
+        span = slice(block * BLOCK_BYTES, (block + 1) * BLOCK_BYTES)
+        past[span] = image.eeprom[span]
+    assert bytes(past) != image.eeprom
+    used = Image(image.model, bytes(past))
+    with BytePipe(robot_bench(one.robot, {**one.images, "main": used})) as pipe:
+        with WiredTarget(pipe.url, one, gaps=False) as target:
+            assert target.identity().images == {"main": image.digest}
 
 
 def test_a_chip_that_falls_silent_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,11 +1,15 @@
 """What several test files share. `make setup` has put the tokenizer into the cache."""
 
 from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
+from cgagen.cli import main
 from cgagen.tokenizer import Tokenizer
+from tests.emulate_cases import Emulate, Program
 
 # How long an example takes says something of the machine's load and nothing of the code.
 settings.register_profile("steady", deadline=None)
@@ -37,3 +41,47 @@ def short_life(monkeypatch: pytest.MonkeyPatch) -> None:
     """For rigs on a bus that shall die."""
     monkeypatch.setattr("hil.can_session.TAKE_S", 0.3)
     monkeypatch.setattr("hil.can_session.LIFE_S", 0.5)
+
+
+@pytest.fixture
+def emulate(
+    capfdbinary: pytest.CaptureFixture[bytes],
+    tokenizer: Tokenizer,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Emulate:
+    """Call `cgagen emulate`; stdout is bytes as latin-1, so that CR stays CR.
+
+    All calls share one tokenizer, because starting one takes most of a call's time.
+    """
+    monkeypatch.setattr("cgagen.verbs.emulate_bench.Tokenizer", lambda: nullcontext(tokenizer))
+
+    def call(*words: object) -> tuple[int, str, str]:
+        code = main(["emulate", *map(str, words)])
+        out, err = capfdbinary.readouterr()
+        return code, out.decode("latin-1"), err.decode()
+
+    return call
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Program:
+    """Write a source."""
+
+    def write(text: str, name: str = "it.bs2") -> Path:
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the tokenizer would be on a machine on which nothing was set up yet."""
+    for name in ("CGAGEN_NODE", "CGAGEN_TOKENIZER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("npm_config_cache", str(tmp_path / "npm-cache"))
+    for name in ("npm_config_noproxy", "NO_PROXY", "no_proxy"):
+        monkeypatch.setenv(name, "127.0.0.1")
+    return tmp_path / "cache"

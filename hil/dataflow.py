@@ -9,6 +9,9 @@ cells, never fewer.
 
 All that is not understood is refused, by name: arithmetic with a sensor's word, a part of one,
 a register that nothing has set, a pin, an instruction that takes time.
+
+What has been set is followed to the end: the command lines are numbers there on every way,
+neither left as they were nor made of a sensor's bits, and no other pin has been changed.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,40 +23,39 @@ from cgagen.emulator.machine import GOSUB_LEVELS
 from cgagen.emulator.unknowns import CHOICES, Unknowns
 from cgagen.stamp.opcodes import OPERATORS
 from cgagen.stamp.program import Expression, Instruction, Kind, Program, Token
+from hil.abstract import (
+    DIRS_BIT,
+    OUTS_BIT,
+    UNKNOWN,
+    VARIABLES_BIT,
+    Memory,
+    Refused,
+    Sensor,
+    Value,
+    nothing_known,
+    place_of,
+    read,
+    sensor_bits,
+    written,
+)
 from hil.criticals import Criticals
 from hil.places import Places
 
 MOST_STATES = 100_000
 """Ref: choice; the reference programs have less than 3,000."""
 
-_UNKNOWN = 2
-_FIRST = 3
-_BITS = 256
-_PIN_BITS = 16
 _SYMBOLS = {operator.code: operator.symbol for operator in OPERATORS}
 _COMPARISONS = frozenset(("<", ">", "<=", ">=", "=", "<>"))
 _TURNED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "=": "=", "<>": "<>"}
 _LEAST_OR_MOST = {"MIN": ">=", "MAX": "<="}
 
 
-class Sensor(NamedTuple):
-    """The word of a sensor, whatever it is."""
+class State(NamedTuple):
+    """Where a program may be, and what its registers may hold."""
 
-    number: int
-
-
-Value = int | Sensor
-Memory = tuple[int, ...]
-
-
-class _State(NamedTuple):
     address: int
     calls: tuple[int, ...]
     memory: Memory
-
-
-class _Refused(Exception):  # noqa: N818  never leaves this file
-    pass
 
 
 @dataclass
@@ -66,6 +68,8 @@ class Flow:
         states: how many abstract states were visited.
         exits: of these, at the end of the routine.
         visited: addresses of the instructions that may be carried out.
+        loose: bits of the register file that are no known number at some end: left as they were,
+            or a sensor's.
     """
 
     criticals: Criticals = field(default_factory=Criticals)
@@ -73,6 +77,7 @@ class Flow:
     states: int = 0
     exits: int = 0
     visited: set[int] = field(default_factory=set)
+    loose: set[int] = field(default_factory=set)
 
 
 def flow_of(
@@ -91,35 +96,43 @@ def flow_of(
         levels: of the antennas' bits.
         unknowns: what no document says of operators.
     """
-    memory = [_UNKNOWN] * _BITS
+    memory = nothing_known()
     for number, word in enumerate(places.words):
-        for n in range(16):
-            memory[16 * word + n] = _FIRST + 16 * number + n
+        memory[16 * word : 16 * word + 16] = sensor_bits(number)
     for bit, level in zip(places.antennas, levels, strict=True):
-        # The rest of the variable is 0: reset clears it, and only the two bits are ever copied.
+        # The rest of the variable is 0, see `hil.places`.
         memory[bit & ~3 : (bit & ~3) + 4] = [
-            0 if old == _UNKNOWN else old for old in memory[bit & ~3 : (bit & ~3) + 4]
+            0 if old == UNKNOWN else old for old in memory[bit & ~3 : (bit & ~3) + 4]
         ]
         memory[bit] = int(level)
-    return _Walk(program, eeprom, places.names, unknowns).run(places.entry, tuple(memory))
+    return Walk(program, eeprom, places, unknowns).run(places.entry, tuple(memory))
 
 
-class _Walk:
-    """Visits all states."""
+class Walk:
+    """Visits all states.
+
+    Args:
+        program: decoded.
+        eeprom: its bytes.
+        places: where its inputs and outputs are.
+        unknowns: what no document says of operators.
+    """
 
     def __init__(
-        self, program: Program, eeprom: bytes, names: tuple[str, ...], unknowns: Unknowns
+        self, program: Program, eeprom: bytes, places: Places, unknowns: Unknowns = CHOICES
     ) -> None:
         self._program = program
         self._eeprom = eeprom
-        self._names = names
+        self._places = places
+        self._names = places.names
         self._unary = unary_operators(unknowns)
         self._binary = binary_operators(unknowns)
         self._true = unknowns.true_word
         self._flow = Flow()
 
     def run(self, entry: int, memory: Memory) -> Flow:
-        flow, queue = self._flow, [_State(entry, (), memory)]
+        """Visit all that can be reached from an instruction on."""
+        flow, queue = self._flow, [State(entry, (), memory)]
         seen = set(queue)
         while queue:
             state = queue.pop()
@@ -129,7 +142,7 @@ class _Walk:
                     if following not in seen:
                         seen.add(following)
                         queue.append(following)
-            except _Refused as refused:
+            except Refused as refused:
                 flow.refused.setdefault(state.address, str(refused))
             if len(seen) > MOST_STATES:
                 flow.refused[state.address] = f"more than {MOST_STATES} states; no end in sight"
@@ -139,58 +152,59 @@ class _Walk:
 
     # -- Instructions -----------------------------------------------------------------------
 
-    def _after(self, state: _State) -> Iterator[_State]:
+    def _after(self, state: State) -> Iterator[State]:
         """Return where the program may be after one instruction."""
         one = self._program.at(state.address)
         if one is None:
-            raise _Refused("no instruction starts here")
+            raise Refused("no instruction starts here")
         step = _STEPS.get(one.name)
         if step is None:
-            raise _Refused(f"{one.name} is carried out, which does more than compute")
+            raise Refused(f"{one.name} is carried out, which does more than compute")
         yield from step(self, one, state)
 
-    def _let(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _let(self, one: Instruction, state: State) -> Iterator[State]:
         for value in self._values(one.operands[0], state.memory):
             yield from self._stored(one, state, value)
 
-    def _goto(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _goto(self, one: Instruction, state: State) -> Iterator[State]:
         yield state._replace(address=one.targets[0])
 
-    def _gosub(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _gosub(self, one: Instruction, state: State) -> Iterator[State]:
         calls = (*state.calls, one.number)
         if len(calls) >= GOSUB_LEVELS:
-            raise _Refused("GOSUB goes deeper than the chip remembers")
+            raise Refused("GOSUB goes deeper than the chip remembers")
         yield state._replace(address=one.targets[0], calls=calls)
 
-    def _return(self, _one: Instruction, state: _State) -> Iterator[_State]:
+    def _return(self, _one: Instruction, state: State) -> Iterator[State]:
         if state.calls:
             back = self._program.gosub_slots[state.calls[-1] - 1]
             yield state._replace(address=back, calls=state.calls[:-1])
         else:
             self._flow.exits += 1
+            self._flow.loose |= {n for n, bit in enumerate(state.memory) if bit >= UNKNOWN}
 
-    def _if(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _if(self, one: Instruction, state: State) -> Iterator[State]:
         for value in self._values(one.operands[0], state.memory):
             for holds in self._compared("<>", value, 0):
                 yield state._replace(address=one.targets[0] if holds else one.end)
 
-    def _next(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _next(self, one: Instruction, state: State) -> Iterator[State]:
         """Ref: `cgagen.emulator.instructions`; a loop counts with numbers that are known."""
         end, start = (self._number(operand, state, "end of FOR") for operand in one.operands)
         counter, step = (self._number(v, state, "count of FOR") for v in one.items[0].values)
         moved = counter + step if start <= end else counter - step
-        write = _written(one)
+        write = _target_of(one)
         stored = moved & (1 << write[-1].size_bits) - 1
         inside = min(start, end) <= stored <= max(start, end)
         for following in self._stored(one, state, stored):
             yield following._replace(address=one.targets[0]) if inside else following
 
-    def _branch(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _branch(self, one: Instruction, state: State) -> Iterator[State]:
         index = self._number(one.operands[0], state, "index of BRANCH")
         inside = index < len(one.targets)
         yield state._replace(address=one.targets[index] if inside else one.end)
 
-    def _lookup(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _lookup(self, one: Instruction, state: State) -> Iterator[State]:
         index = self._number(one.operands[0], state, "index of LOOKUP")
         if index >= len(one.items):
             yield state._replace(address=one.end)
@@ -198,28 +212,28 @@ class _Walk:
         for value in self._values(one.items[index].values[0], state.memory):
             yield from self._stored(one, state, value)
 
-    def _read(self, one: Instruction, state: _State) -> Iterator[_State]:
+    def _read(self, one: Instruction, state: State) -> Iterator[State]:
         location = self._number(one.operands[0], state, "location of READ")
         yield from self._stored(one, state, self._eeprom[location & len(self._eeprom) - 1])
 
-    def _stored(self, one: Instruction, state: _State, value: Value) -> Iterator[_State]:
-        *index, target = _written(one)
+    def _stored(self, one: Instruction, state: State, value: Value) -> Iterator[State]:
+        *index, target = _target_of(one)
         for stack in self._stacks(tuple(index), state.memory, ()):
             memory = self._write(state.memory, target, stack, value)
-            yield _State(one.end, state.calls, memory)
+            yield State(one.end, state.calls, memory)
 
     # -- Expressions ------------------------------------------------------------------------
 
-    def _number(self, expression: Expression, state: _State, what: str) -> int:
+    def _number(self, expression: Expression, state: State, what: str) -> int:
         values = self._values(expression, state.memory)
         if len(values) != 1:
-            raise _Refused(f"a comparison of sensors is the {what}")
+            raise Refused(f"a comparison of sensors is the {what}")
         (value,) = values
         return self._known(value, what)
 
     def _known(self, value: Value, what: str) -> int:
         if isinstance(value, Sensor):
-            raise _Refused(f"{self._names[value.number]} is the {what}")
+            raise Refused(f"{self._names[value.number]} is the {what}")
         return value
 
     def _values(self, expression: Expression, memory: Memory) -> list[Value]:
@@ -242,7 +256,7 @@ class _Walk:
             return [(*stack, token.value)]
         if token.kind is Kind.READ:
             element, rest = self._element(token, stack)
-            return [(*rest, self._register(memory, token.size_bits, element))]
+            return [(*rest, read(memory, token.size_bits, element, self._names))]
         symbol = _SYMBOLS[token.value]
         if token.value in self._unary:
             number = self._operand(stack[-1], symbol)
@@ -264,7 +278,7 @@ class _Walk:
 
     def _operand(self, value: Value, symbol: str) -> int:
         if isinstance(value, Sensor):
-            raise _Refused(f"{self._names[value.number]} is used in arithmetic, with {symbol}")
+            raise Refused(f"{self._names[value.number]} is used in arithmetic, with {symbol}")
         return value
 
     def _compared(self, symbol: str, left: Value, right: Value) -> list[bool]:
@@ -288,52 +302,37 @@ class _Walk:
             return token.value, stack
         return token.value + self._known(stack[-1], "index of an array"), stack[:-1]
 
-    def _register(self, memory: Memory, size_bits: int, element: int) -> Value:
-        first = element * size_bits & _BITS - 1
-        bits = memory[first : first + size_bits]
-        if first < _PIN_BITS:
-            raise _Refused("pins are read")
-        if max(bits) < _UNKNOWN:
-            return sum(bit << n for n, bit in enumerate(bits))
-        number, rest = divmod(bits[0] - _FIRST, 16)
-        if bits[0] >= _FIRST and size_bits == 16 and not rest:
-            if bits == tuple(range(bits[0], bits[0] + 16)):
-                return Sensor(number)
-        parts = sorted({(bit - _FIRST) >> 4 for bit in bits if bit >= _FIRST})
-        if parts:
-            raise _Refused(f"a part of {self._names[parts[0]]} is read")
-        raise _Refused(f"bits are read that nothing has set, from {first} of the register file on")
-
     def _write(
         self, memory: Memory, target: Token, stack: tuple[Value, ...], value: Value
     ) -> Memory:
         element, _ = self._element(target, stack)
-        size = target.size_bits
-        first = element * size & _BITS - 1
-        if first < _PIN_BITS:
-            return memory
-        if isinstance(value, Sensor):
-            start = _FIRST + 16 * value.number
-            bits = tuple(range(start, start + size))
-        else:
-            bits = tuple(value >> n & 1 for n in range(size))
-        return memory[:first] + bits + memory[first + size :]
+        first = place_of(element, target.size_bits)
+        self._check_pins(range(first, first + target.size_bits), value)
+        return written(memory, target.size_bits, element, value)
+
+    def _check_pins(self, bits: range, _value: Value) -> None:
+        """Refuse what changes pins other than those around the command lines."""
+        if DIRS_BIT <= bits.start < VARIABLES_BIT:
+            raise Refused("directions of pins are changed")
+        near = {line & ~3 for line in self._places.lines}
+        if OUTS_BIT <= bits.start < DIRS_BIT and any(bit & ~3 not in near for bit in bits):
+            raise Refused("pins are changed that are no command lines")
 
 
-_STEPS: dict[str, Callable[[_Walk, Instruction, _State], Iterator[_State]]] = {
-    "LET": _Walk._let,
-    "GOTO": _Walk._goto,
-    "GOSUB": _Walk._gosub,
-    "RETURN": _Walk._return,
-    "IF": _Walk._if,
-    "NEXT": _Walk._next,
-    "BRANCH": _Walk._branch,
-    "LOOKUP": _Walk._lookup,
-    "READ": _Walk._read,
+_STEPS: dict[str, Callable[[Walk, Instruction, State], Iterator[State]]] = {
+    "LET": Walk._let,
+    "GOTO": Walk._goto,
+    "GOSUB": Walk._gosub,
+    "RETURN": Walk._return,
+    "IF": Walk._if,
+    "NEXT": Walk._next,
+    "BRANCH": Walk._branch,
+    "LOOKUP": Walk._lookup,
+    "READ": Walk._read,
 }
 
 
-def _written(one: Instruction) -> Expression:
+def _target_of(one: Instruction) -> Expression:
     if one.write is None:
-        raise _Refused(f"{one.name} stores nothing")
+        raise Refused(f"{one.name} stores nothing")
     return one.write

@@ -9,7 +9,7 @@ one the order does. A cell of the space is one cell of each group, and a positio
 """
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, cached_property
 from itertools import product
 from math import comb, prod
 
@@ -29,7 +29,6 @@ class Group:
     Attributes:
         sensors: see above.
         intervals: first and last count of each.
-        cells: a representative of each cell, counts in the order of `sensors`.
     """
 
     def __init__(self, sensors: Sequence[int], cuts: set[int], largest: int = LARGEST) -> None:
@@ -37,7 +36,11 @@ class Group:
         starts = sorted({0} | {cut for cut in cuts if 0 < cut <= largest})
         ends = [start - 1 for start in starts[1:]] + [largest]
         self.intervals = tuple(zip(starts, ends, strict=True))
-        self.cells = _representatives(len(self.sensors), self.intervals)
+
+    @cached_property
+    def cells(self) -> tuple[Counts, ...]:
+        """A representative of each cell, counts in the order of `sensors`."""
+        return _representatives(len(self.sensors), self.intervals)
 
     def counted(self) -> int:
         """Return how many cells there are, by a formula instead of the list.
@@ -115,9 +118,11 @@ class Partition:
             )
             for members in joined(sensors, criticals.pairs)
         )
+        self._size = len(self._antennas) * prod(group.counted() for group in self.groups)
 
     def __len__(self) -> int:
-        return len(self._antennas) * prod(len(group.cells) for group in self.groups)
+        """Return how many cells there are; none is listed yet."""
+        return self._size
 
     def __getitem__(self, index: int) -> tuple[Counts, tuple[bool, ...]]:
         """Return the counts and the antennas of the representative of a cell."""

@@ -4,13 +4,18 @@ A sensor's word is the register that PULSIN or RCTIME on the sensor's pin stores
 bit is the one that its pin is copied to. The routine that decides is the one that is called
 next, with nothing in between. So no name of the source is trusted, and a source that was edited
 cannot mislead.
+
+The bits beside the antennas', of the same nibble, are 0 from a reset on: nothing in the program
+stores anything else there, but SERIN, which is a host's doing.
 """
 
 from dataclasses import dataclass
 
 from cgagen.errors import UnprovenError
 from cgagen.robot import Robot
+from cgagen.stamp.opcodes import Tail
 from cgagen.stamp.program import Expression, Instruction, Kind, Program, constant_of
+from hil.abstract import BITS, OUTS_BIT, VARIABLES_BIT
 
 MEASURING = ("PULSIN", "RCTIME")
 _QUIET = frozenset("LET LOW HIGH INPUT OUTPUT PULSOUT PULSIN RCTIME PAUSE".split())
@@ -18,6 +23,8 @@ _CHANGING = frozenset(
     "WRITE STORE RUN AUXIO IOTERM POLLRUN POLLMODE POLLIN POLLOUT POLLWAIT".split()
 )
 """What could change the table, the program or the pins behind the routine's back."""
+
+_HOST = ("SERIN", "SERIN_FLOW")
 
 Place = tuple[int, int]
 """A register: its bits, and its number among those of that size."""
@@ -34,6 +41,9 @@ class Places:
         names: of the sensors that give words: sonars, then light sensors.
         words: register word of each, 0 to 15.
         antennas: register bit of each antenna, left and right.
+        look: stream address of the GOSUB that calls sensing.
+        lines: register bits of the command lines' latch, bit 0 of the command first.
+        step_line: its pin; None without one.
     """
 
     entry: int
@@ -42,6 +52,9 @@ class Places:
     names: tuple[str, ...]
     words: tuple[int, ...]
     antennas: tuple[int, ...]
+    look: int
+    lines: tuple[int, ...]
+    step_line: int | None
 
 
 def find_places(program: Program, robot: Robot) -> Places:
@@ -63,6 +76,8 @@ def find_places(program: Program, robot: Robot) -> Places:
     if decide is None or decide.name != "GOSUB":
         raise UnprovenError(f"{robot.name}: no routine is called directly after sensing")
     words, antennas = _sensor_places(measured, copied, pins, robot)
+    _check_beside(program, antennas, robot)
+    line = robot.link.step_line
     return Places(
         decide.targets[0],
         decide.number,
@@ -70,6 +85,9 @@ def find_places(program: Program, robot: Robot) -> Places:
         names,
         words,
         antennas,
+        sense.address,
+        tuple(OUTS_BIT + pin for pin in robot.link.main_pins),
+        line.main_pin if line else None,
     )
 
 
@@ -119,7 +137,7 @@ def _stores(
             continue
         place, pin = _fixed_place(one.write), _pin(one)
         bits = set() if place is None else {place[0] * place[1] + n for n in range(place[0])}
-        if place is None or pin is None or bits & taken or min(bits) < 48:
+        if place is None or pin is None or bits & taken or min(bits) < VARIABLES_BIT:
             raise UnprovenError(
                 f"{robot.name}: what {one.name} at stream bit {one.address} stores while sensing "
                 "is not one sensor's alone"
@@ -139,6 +157,31 @@ def _sensor_places(
             f"{robot.name}: a count is not stored in a word, or an antenna not in a bit"
         )
     return tuple(word for _, word in words), tuple(bit for _, bit in antennas)
+
+
+def _check_beside(program: Program, antennas: tuple[int, ...], robot: Robot) -> None:
+    """Refuse a program that may store something beside the antennas."""
+    beside = {(bit & ~3) + n for bit in antennas for n in range(4)} - set(antennas)
+    for one in program.instructions:
+        if one.name in _HOST:
+            continue
+        writes = [one.write, *(item.write for item in one.items)]
+        strings = Tail.INPUT in one.opcode.tail  # they have no write token of their own
+        if strings or any(write and beside & _ones(one, write) for write in writes):
+            raise UnprovenError(
+                f"{robot.name}: {one.name} at stream bit {one.address} may store something beside "
+                "the antennas, whose nibble the decision may look at"
+            )
+
+
+def _ones(instruction: Instruction, write: Expression) -> set[int]:
+    """Return the register bits that an instruction may set to 1."""
+    place = _fixed_place(write)
+    if place is None:
+        return set(range(VARIABLES_BIT, BITS))
+    size, element = place
+    value = constant_of(instruction.operands[0]) if instruction.name == "LET" else None
+    return {size * element + n for n in range(size) if value is None or value >> n & 1}
 
 
 def _pin(instruction: Instruction) -> int | None:

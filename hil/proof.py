@@ -7,11 +7,13 @@
    partition of all 65,536^n readings and all positions of the antennas (`hil.partition`).
 3. One reading of each cell is put to the image itself, and to the simulator. Where all agree,
    they agree on every reading that can be.
+4. Whatever the reading, the answer is set on the command lines by the routine itself, and what
+   the program does from there to its next look depends on nothing but the answer
+   (`hil.afterwards`).
 
 Taken for granted: that the emulator carries out tokens as the chip does (FIDELITY.md); that the
-pins are measured as they should be, which is tried through the pins; and that the two bits of the
-antennas are alone in their nibble: the other two are 0 from a reset on, as long as no host has
-sent others in bench mode.
+pins are measured as they should be, and each of the eight answers told as it should be, which is
+tried through the pins; and that no host has put bits beside the antennas' in bench mode.
 """
 
 import math
@@ -19,7 +21,7 @@ import random
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import islice, product
+from itertools import islice
 from typing import NamedTuple
 
 from cgagen.emulator.chip import Chip
@@ -29,11 +31,8 @@ from cgagen.emulator.routine import Routine
 from cgagen.errors import ExecutionError, ImageError, UnprovenError
 from cgagen.stamp.compiled import SourceMap
 from cgagen.stamp.decode import decode
-from cgagen.stamp.image import Image
-from cgagen.stamp.program import Kind, Program
-from hil.criticals import Criticals
-from hil.dataflow import flow_of
 from hil.equivalence import Finding, Trial, Verdict
+from hil.followed import POSITIONS, followed
 from hil.partition import Partition
 from hil.places import Place, Places, find_places
 from hil.simulated import commands_by_state, states_of
@@ -41,8 +40,8 @@ from hil.subject import Subject
 from hil.target import Observation, Stimulus
 from hil.tracing import classifier_criticals
 
-POSITIONS = tuple(product((False, True), repeat=2))
-"""Of the antennas: left and right, touched or not."""
+MOST_CELLS = 10_000_000
+"""That are tried. Ref: choice; ten minutes of two cores."""
 
 _BATCH = 4096
 _JUNK = 0xA5C3
@@ -155,12 +154,17 @@ class Question:
         except ImageError as error:
             raise UnprovenError(f"{subject.where}: main: {error}") from error
         self.places = find_places(program, subject.robot)
-        self.criticals, self.visited = _followed(program, image, self.places, source_map)
+        flow, state = followed(program, image, self.places, source_map)
+        self.criticals, self.visited = flow.criticals, flow.visited
         self.criticals.add(classifier_criticals(subject.robot, self.places.names))
         self.partition = Partition(len(self.places.names), self.criticals, POSITIONS)
+        if len(self.partition) > MOST_CELLS:
+            raise UnprovenError(
+                f"its comparisons make {len(self.partition):,} cells, more than {MOST_CELLS:,}"
+            )
         self.by_state: Counter[int] = Counter()
         self._commands = commands_by_state(subject)
-        self._asked = _Asked(subject, self.places, _state_place(program, self.visited))
+        self._asked = _Asked(subject, self.places, state)
 
     def differences(self, cells: Iterable[int]) -> Iterator[Difference]:
         """Put cells to the image and to the simulator; return those on which they part."""
@@ -256,37 +260,3 @@ class _Asked:
         for bit, bent in zip(places.antennas, touched, strict=True):
             words[bit >> 4] |= (not bent) << (bit & 15)
         return words
-
-
-def _followed(
-    program: Program, image: Image, places: Places, source_map: SourceMap | None
-) -> tuple[Criticals, set[int]]:
-    """Return what the image compares, and which instructions it may carry out."""
-    criticals, visited, refused = Criticals(), set[int](), dict[int, str]()
-    for touched in POSITIONS:
-        levels = tuple(not bent for bent in touched)
-        flow = flow_of(program, image.eeprom, places, levels)
-        criticals.add(flow.criticals)
-        visited |= flow.visited
-        refused |= flow.refused
-        if not flow.exits and not flow.refused:
-            refused[places.entry] = "the routine does not return"
-    if refused:
-        raise UnprovenError(
-            "; ".join(f"{_where(bit, source_map)}: {refused[bit]}" for bit in sorted(refused))
-        )
-    return criticals, visited
-
-
-def _where(bit: int, source_map: SourceMap | None) -> str:
-    statement = None if source_map is None else source_map.at_bit(bit)
-    return f"stream bit {bit}" if statement is None else f"line {statement.line}"
-
-
-def _state_place(program: Program, visited: set[int]) -> Place:
-    """Return the register by which the answer is looked up: the only one in the only READ."""
-    reads = [one for one in program.instructions if one.address in visited and one.name == "READ"]
-    tokens = [token for one in reads for token in one.operands[0] if token.kind is Kind.READ]
-    if len(reads) != 1 or len(tokens) != 1 or tokens[0].indexed:
-        raise UnprovenError("the answer is not looked up by one register, the state")
-    return tokens[0].size_bits, tokens[0].value

@@ -35,6 +35,11 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "32 -> 33",
     ): "a word of 16 bits is gone after 32 shifts: one more changes nothing",
     (
+        "arithmetic",
+        "table = [_whole(127 * function(x * pi / 128), rounding) & WORD for x in range(256)]",
+        "256 -> 257",
+    ): "the table is read by a byte",
+    (
         "expressions",
         "return stack.pop() if stack else 0",
         "0 -> 1",

@@ -1,12 +1,10 @@
-"""The programmer against a fake Stamp written from the documents, with every fault everywhere."""
+"""The programmer against a fake Stamp written from the documents: what it sends, and symptoms."""
 
 import random
-from functools import cache
 
 import pytest
 
 from cgagen.errors import FlashError, ImageError, RigError
-from cgagen.flash.download import ATTEMPTS, State, download
 from cgagen.flash.identify import identify
 from cgagen.flash.line import Line
 from cgagen.flash.modules import CALLINGS
@@ -14,47 +12,9 @@ from cgagen.flash.plan import plan_of
 from cgagen.flash.programmer import FlashReport, ask, program
 from cgagen.flash.requests import Progress, Symptom, TroubleError
 from cgagen.stamp.chips import CHIPS, chip
-from cgagen.stamp.image import SENT, Image, Use
+from cgagen.stamp.image import Image, Use
 from tests.fake_stamp import MODELS, FakeChip, FakePort, Fault, Kind, SimClock
-
-LONGEST_S = 30.0
-"""No try may take longer, in the line's own time."""
-
-
-@cache
-def image_of(model: str, blocks: tuple[int, ...] = (0, 126, 127), slot: int = 0) -> Image:
-    """An image whose marked blocks hold chance; a packet with checksum 00 is among them."""
-    chance = random.Random(model)
-    eeprom, flags = bytearray(2048), bytearray(2048)
-    for block in blocks:
-        span = slice(block * 16, block * 16 + 16)
-        eeprom[span] = chance.randbytes(16)
-        flags[span] = bytes((Use.PROGRAM | SENT,)) * 16
-    last = blocks[-1] * 16
-    eeprom[last + 13 : last + 15] = b"\0\0"
-    eeprom[last + 15] = 0
-    eeprom[last] = -(0x80 + blocks[-1] + sum(eeprom[last + 1 : last + 16])) & 0xFF
-    return Image(chip(model), bytes(eeprom), bytes(flags), slot)
-
-
-planned = cache(plan_of)
-
-
-def of(name: str) -> str:
-    """The model of a module."""
-    return name.removesuffix("24").removesuffix("40")
-
-
-def flash(port: FakePort, image: Image) -> FlashReport:
-    return program(Line(port, port.clock), "/dev/fake", planned(image))
-
-
-def holds(stamp: FakeChip, image: Image) -> bool:
-    plan = planned(image)
-    eeprom = stamp.slots[image.slot]
-    return all(
-        eeprom[n * 16 : n * 16 + 16] == image.eeprom[n * 16 : n * 16 + 16] for n in plan.blocks
-    )
+from tests.flash_plans import LONGEST_S, attempt, flash, holds, image_of, of, planned
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -211,150 +171,6 @@ def test_every_symptom_has_a_sentence_with_a_hint(symptom: Symptom) -> None:
         assert text.startswith("/dev/x: ")
         assert "12h" in text
         assert ("half a program" in text) == begun
-
-
-# -- Faults at every byte ---------------------------------------------------------------------
-
-
-def crossings(name: str) -> int:
-    port = FakePort(FakeChip(name), SimClock())
-    flash(port, image_of(of(name)))
-    return port.crossings
-
-
-def attempt(port: FakePort, image: Image) -> FlashReport | RigError | FlashError:
-    started_s = port.clock.now_s()
-    try:
-        return flash(port, image)
-    except (RigError, FlashError) as error:
-        return error
-    finally:
-        assert port.clock.now_s() - started_s < LONGEST_S
-
-
-@pytest.mark.parametrize("kind", Kind)
-@pytest.mark.parametrize("name", ["BS2", "BS2p24", "BS2p40"])
-def test_a_fault_at_every_byte(name: str, kind: Kind) -> None:
-    """Never a half-programmed chip reported as good, never a hang; the second try succeeds."""
-    image = image_of(of(name))
-    mended = 0
-    for position in range(crossings(name)):
-        stamp, clock = FakeChip(name), SimClock()
-        port = FakePort(stamp, clock, (Fault(kind, position),))
-        result = attempt(port, image)
-        if isinstance(result, FlashReport):
-            assert holds(stamp, image), position
-            assert stamp.state == "runs", position
-            mended += result.attempts > 1
-        else:
-            begun = bool(stamp.writes) or any(byte >= 0x80 for byte in port.sent)
-            assert isinstance(result, FlashError) == begun, (position, result)
-            silent = "then the line fell silent" in str(result) and holds(stamp, image)
-            assert silent or kind in (Kind.UNPLUGGED, Kind.POWER_OFF), (position, result)
-        stamp.powered = True
-        again = attempt(FakePort(stamp, clock), image)
-        assert isinstance(again, FlashReport), (position, again)
-        assert holds(stamp, image)
-        assert stamp.state == "runs"
-    assert mended or kind in (Kind.UNPLUGGED, Kind.POWER_OFF)
-
-
-@pytest.mark.parametrize("kind", [Kind.LOST, Kind.DOUBLED, Kind.FLIPPED, Kind.LATE, Kind.VERY_LATE])
-@pytest.mark.parametrize("name", ["BS2", "BS2p24"])
-def test_one_attempt_alone_notices_every_fault_of_the_packets(name: str, kind: Kind) -> None:
-    image = image_of(of(name))
-    first = 8 + 4 if name == "BS2" else 3 + 2
-    for position in range(first, first + 3 * 37):
-        port = FakePort(FakeChip(name), SimClock(), (Fault(kind, position),), timeout=0.005)
-        noticed = True
-        try:
-            Line(port, port.clock).converse(download(planned(image), State(), attempts=1))
-            noticed = False
-        except TroubleError:
-            pass
-        assert noticed or (kind is Kind.LATE and holds(port.chip, image)), position
-
-
-@pytest.mark.parametrize("every", [5, 11, 23, 40])
-@pytest.mark.parametrize("kind", [Kind.LOST, Kind.DOUBLED, Kind.FLIPPED])
-def test_a_line_that_is_never_good_ends_in_an_error(kind: Kind, every: int) -> None:
-    stamp, clock = FakeChip("BS2p24"), SimClock()
-    result = attempt(FakePort(stamp, clock, (Fault(kind, 0, every),)), image_of("BS2p"))
-    assert isinstance(result, RigError | FlashError)
-
-
-TRANSIENT = [Kind.LOST, Kind.DOUBLED, Kind.FLIPPED, Kind.LATE, Kind.RESET]
-
-
-@pytest.mark.parametrize("kind", TRANSIENT)
-@pytest.mark.parametrize("name", ["BS2", "BS2e", "BS2p24"])
-def test_a_fault_does_not_make_another_module(name: str, kind: Kind) -> None:
-    """A doubled 'P' is what a BS2p40 would answer."""
-    likely = (chip(of(name)),)
-    for position in range(9 if name == "BS2" else 4):
-        port = FakePort(FakeChip(name), SimClock(), (Fault(kind, position),), timeout=0.005)
-        module = ask(Line(port, port.clock), "x", likely)
-        assert module.model == likely[0]
-        assert module.pins == 24
-
-
-def test_a_slow_eeprom_and_one_that_is_too_slow() -> None:
-    for write_s, good in ((0.9, True), (1.3, False)):
-        port = FakePort(FakeChip("BS2", write_s=write_s), SimClock(), timeout=0.005)
-        result = attempt(port, image_of("BS2"))
-        assert isinstance(result, FlashReport) == good
-        assert good or "no answer" in str(result)
-
-
-def test_a_chip_that_finds_every_packet_broken() -> None:
-    port = FakePort(FakeChip("BS2", deaf=True), SimClock())
-    with pytest.raises(FlashError, match=r"found block 0 .* broken again and again"):
-        flash(port, image_of("BS2"))
-
-
-def test_a_program_that_the_sign_off_does_not_start_is_started() -> None:
-    stamp = FakeChip("BS2p24", starts_by_itself=False)
-    assert not flash(FakePort(stamp, SimClock()), image_of("BS2p")).talks
-    assert (stamp.state, stamp.starts) == ("runs", 1)
-
-
-def test_an_adapter_that_echoes_too_is_no_bs2p40() -> None:
-    stamp = FakeChip("BS2p24", atn_works=False)
-    with pytest.raises(RigError, match="every byte comes back twice"):
-        flash(FakePort(stamp, SimClock(), echoes=2, timeout=0.005), image_of("BS2p"))
-
-
-def test_attempts_are_bounded() -> None:
-    stamp = FakeChip("BS2")
-    port = FakePort(stamp, SimClock(), (Fault(Kind.FLIPPED, 30, 45),))
-    state = State()
-    with pytest.raises(TroubleError):
-        Line(port, port.clock).converse(download(planned(image_of("BS2")), state))
-    assert state.attempt == ATTEMPTS
-
-
-def test_a_worn_eeprom_is_tried_once_more_and_then_named() -> None:
-    port = FakePort(FakeChip("BS2", worn_block=126), SimClock())
-    with pytest.raises(FlashError, match=r"EEPROM does not take block 126 .*half a program"):
-        flash(port, image_of("BS2"))
-    assert port.chip.writes == [0, 0]
-
-
-def test_a_port_that_goes_when_all_is_acknowledged_says_so() -> None:
-    last = crossings("BS2") - 1
-    port = FakePort(FakeChip("BS2"), SimClock(), (Fault(Kind.UNPLUGGED, last),))
-    with pytest.raises(FlashError, match="every packet had been acknowledged"):
-        flash(port, image_of("BS2"))
-    assert holds(port.chip, image_of("BS2"))
-
-
-def test_ctrl_c_in_the_middle_says_what_the_chip_holds() -> None:
-    def stop(progress: Progress) -> None:
-        raise KeyboardInterrupt
-
-    port = FakePort(FakeChip("BS2"), SimClock())
-    with pytest.raises(FlashError, match="stopped in the middle; the chip holds half"):
-        program(Line(port, port.clock), "x", planned(image_of("BS2")), stop)
 
 
 # -- What would be sent -----------------------------------------------------------------------

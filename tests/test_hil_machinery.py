@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from cgagen.errors import RigError, RunError
+from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
 from hil.decisions import Decision, read_decisions, write_decisions
@@ -17,7 +18,8 @@ from hil.simulated import SimulatedTarget
 from hil.stimuli import Level, every_state, neutral, stimuli_of, thresholds
 from hil.subject import Subject, read_subject
 from hil.target import Observation, Stimulus
-from hil.verify import explainer, try_sources, try_table, verify
+from hil.timing import try_timing
+from hil.verify import explainer, try_sources, try_table, try_target, verify
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 ROLES = ("predator", "prey")
@@ -215,6 +217,25 @@ def test_a_sick_target_is_blocked_and_a_late_answer_is_counted(
     readings = list(every_state(predator.robot).values())
     trial = compare(predator, Odd(predator, way), readings)
     assert (trial.verdict, trial.stale) == (verdict, stale)
+
+
+def test_a_program_that_comes_to_no_instruction_has_failed(
+    predator: Subject, tokenizer: Tokenizer
+) -> None:
+    """Nothing is wrong with the bench: neither where it decides, nor where it begins."""
+    compiled = tokenizer.compile(predator.sources["main"], "main.bsp")
+    number = predator.sources["main"].partition("obstacle = MiddleFront")[0].count("\n") + 1
+    bit = next(one.bit for one in compiled.source_map.statements if one.line == number)
+    behind = EEPROM_BYTES - 2 - bit // 8
+    broken = with_image(predator, {behind: 0xFF, behind - 1: 0xFF})
+    trial = try_target(broken, lambda: PinsTarget(broken), [neutral(broken.robot)])
+    assert trial.verdict is Verdict.FAIL
+    assert "at the reading 0,0,0/--/0,0: on the emulator: main: slot 0" in trial.reason
+    assert trial.smallest is not None
+    empty = with_image(predator, dict.fromkeys(range(64, EEPROM_BYTES), 0xFF))
+    for trial in (try_target(empty, lambda: PinsTarget(empty), []), try_timing(empty)[0]):
+        assert trial.verdict is Verdict.FAIL
+        assert "main: slot 0, stream bit" in trial.reason
 
 
 def test_nothing_applied_is_unproven(predator: Subject) -> None:

@@ -147,18 +147,21 @@ def test_a_trace_of_the_other_robot_is_not_replayed() -> None:
         replay(hunter, SimulatedTarget(hunter), trace)
 
 
-def test_a_trace_is_replayed_over_the_bench_hook(predator: Subject) -> None:
+def test_a_trace_is_replayed_over_the_bench_hook(predator: Subject, tmp_path: Path) -> None:
+    """And recorded there, by a target that is reset when it is opened."""
     trace = some(predator, 4)
-    with BytePipe(robot_bench(predator.robot, predator.images)) as pipe:
-        target = WiredTarget(pipe.url, predator, gaps=False)
+    with BytePipe(robot_bench(predator.robot, predator.images), "main", "rfc2217") as pipe:
+        target = WiredTarget(pipe.url, predator, gaps=False, reset=True)
         target.open()
         result = replay(predator, target, trace)
         again, left_out = record_readings(predator, target, trace.stimuli, {})
         target.close()
     assert (result.verdict, result.decisions) == (Verdict.PASS, 4)
     assert (again.samples, left_out) == (trace.samples, 0)
-    assert again.origin is not None
-    assert again.origin.images == {"main": predator.images["main"].digest}
+    write_trace(tmp_path / "again.log", again, predator.robot)
+    origin = read_trace(tmp_path / "again.log", predator.robot).origin
+    assert origin is not None
+    assert (origin.target, origin.images) == ("serial", {"main": predator.images["main"].digest})
 
 
 def test_a_trace_is_replayed_and_recorded_on_a_rig(predator: Subject, tmp_path: Path) -> None:

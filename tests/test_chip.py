@@ -446,9 +446,9 @@ def test_choices_reach_the_program(tokenizer: Tokenizer) -> None:
 )
 def test_what_pollmode_forgets(mode: int, inputs: int, outputs: int, active: bool) -> None:
     """Ref: S2 p. 320; 5 to 7 leave the mode as it is, here 2."""
-    pins, polling = Pins("chip"), Polling()
-    polling.watch(3, 0, pins)
-    polling.drive(4, 1, pins)
+    groups, polling = (Pins("chip"), Pins("aux")), Polling()
+    polling.watch(3, 0, groups)
+    polling.drive(4, 1, groups)
     polling.set_mode(2)
     polling.set_mode(mode)
     assert (len(polling.inputs), len(polling.outputs), polling.active) == (inputs, outputs, active)

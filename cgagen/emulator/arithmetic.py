@@ -14,9 +14,6 @@ WORD = 0xFFFF
 Unary = Callable[[int], int]
 Binary = Callable[[int, int], int]
 
-UNARY_CODES = range(0x00, 0x08)
-BINARY_CODES = range(0x08, 0x20)
-
 
 def unary_operators(unknowns: Unknowns = CHOICES) -> dict[int, Unary]:
     """Return the operators of one operand by code; treat the table as constant.

@@ -212,13 +212,10 @@ class Chip(Named):
                 `cgagen.emulator.underway`.
         """
         machine = self.machine
-        on_aux = machine.pins is machine.aux_pins
-        other = machine.main_pins if on_aux else machine.aux_pins
         polling = machine.polling
         return ChipState(
             now=before_of(machine),
-            other_pins=(other.latch, other.directions),
-            on_aux=on_aux,
+            on_aux=machine.pins is machine.aux_pins,
             sout=int(self.pins.sout.name in self.pins.sout.drivers),
             images=machine.memory.images(),
             place=(machine.pc, machine.slot, machine.store_slot, machine.last_return),
@@ -254,10 +251,10 @@ class Chip(Named):
         self._stop()
         machine.memory.load(state.images)
         machine.choose_port(state.on_aux)
-        other = machine.main_pins if state.on_aux else machine.aux_pins
-        machine.pins.restore(state.now.latch, state.now.directions)
-        if state.on_aux or (other.latch, other.directions) != state.other_pins:
-            other.restore(*state.other_pins)  # nothing but the chip itself is on an auxiliary port
+        main, aux = state.now.groups
+        machine.main_pins.restore(*main)
+        if (machine.aux_pins.latch, machine.aux_pins.directions) != aux:
+            machine.aux_pins.restore(*aux)  # nobody else is on these wires
         self.pins.send(state.sout)
         put_back(machine, state.now)
         machine.pc, machine.slot, machine.store_slot, machine.last_return = state.place

@@ -58,7 +58,6 @@ class ChipState(NamedTuple):
     """A chip at one moment, as a value: give it to `Chip.restore`. Its fields are nobody's."""
 
     now: Before
-    other_pins: tuple[int, int]
     on_aux: bool
     sout: int
     images: tuple[bytes, ...]

@@ -45,8 +45,11 @@ class Engaged:
     def _recorded(self) -> Recorded | None:
         """Return the instruction under way as a value."""
         if self._pulsing is not None:
-            now, (pin, _) = before_of(self.machine), self._pulsing
-            return Recorded(now._replace(latch=now.latch ^ 1 << pin), (), (None,))
+            pins, bit = self.machine.pins, 1 << self._pulsing[0]
+            pins.latch ^= bit  # as it was before the pulse
+            before = before_of(self.machine)
+            pins.latch ^= bit
+            return Recorded(before, (), (None,))
         return self._under_way.recorded() if self._under_way is not None else None
 
     def _waited(self, waiting: Waiting) -> None:

@@ -157,12 +157,12 @@ def _pollrun(machine: Machine, instruction: Instruction) -> None:
 
 def _pollin(machine: Machine, instruction: Instruction) -> None:
     state, pin = machine.evaluator.values(instruction.operands)
-    machine.polling.watch(pin_number(pin), state & 1, machine.pins)
+    machine.polling.watch(machine.place(pin_number(pin)), state & 1, machine.groups)
 
 
 def _pollout(machine: Machine, instruction: Instruction) -> None:
     state, pin = machine.evaluator.values(instruction.operands)
-    machine.polling.drive(pin_number(pin), state & 1, machine.pins)
+    machine.polling.drive(machine.place(pin_number(pin)), state & 1, machine.groups)
 
 
 def _button(machine: Machine, instruction: Instruction) -> int | None:

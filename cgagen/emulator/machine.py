@@ -15,6 +15,9 @@ GOSUB_LEVELS = 4
 
 _SMALL_PAD = 64
 
+_FIRST_STATUS = 127
+"""From here on the scratch pad of a BS2p shows the chip. Ref: S2 p. 93."""
+
 
 class Machine:
     """The state of one chip between instructions, and what its instructions do to it.
@@ -49,11 +52,10 @@ class Machine:
         self.pins = self.main_pins = pins
         self.aux_pins = Pins(f"{pins.owner}.aux")
         # Not led out, and pulled up in the chip. Ref: S2 p. 129.
-        self.aux_pins.wires[:] = [
-            *(Wire(f"{pins.owner}.aux.P{pin}", pull=1) for pin in range(PINS)),
-            pins.wires[SIN],
+        self.aux_pins.wires[:PINS] = [
+            Wire(f"{pins.owner}.aux.P{pin}", pull=1) for pin in range(PINS)
         ]
-        self.aux_pins.sout = pins.sout
+        self.groups = (self.main_pins, self.aux_pins)
         self.registers = Registers(pins)
         self.evaluator = Evaluator(self.registers, unknowns)
         self.scratch = bytearray(model.scratch_bytes)
@@ -63,9 +65,9 @@ class Machine:
     def clear(self) -> None:
         """Go to the state after a reset. Ref: S2 p. 83; scratch pad and slot: choice."""
         self.registers.words[:] = [0] * len(self.registers.words)
-        for pins in (self.main_pins, self.aux_pins):
+        for pins in self.groups:
             pins.restore(0, 0)
-        self.pins = self.registers.pins = self.main_pins
+        self.choose_port(auxiliary=False)
         self.scratch[:] = bytes(len(self.scratch))
         self.polling = Polling()
         self.last_return = 0
@@ -123,7 +125,7 @@ class Machine:
             location %= _SMALL_PAD
             return self.slot if location == _SMALL_PAD - 1 else self.scratch[location]
         location &= 0xFF
-        if location < 127:
+        if location < _FIRST_STATUS:
             return self.scratch[location]
         return self._status(location)
 
@@ -132,7 +134,7 @@ class Machine:
         if len(self.scratch) == _SMALL_PAD:
             location %= _SMALL_PAD
         location &= 0xFF
-        if location < (_SMALL_PAD - 1 if len(self.scratch) == _SMALL_PAD else 127):
+        if location < (_SMALL_PAD - 1 if len(self.scratch) == _SMALL_PAD else _FIRST_STATUS):
             self.scratch[location] = value & 0xFF
 
     def choose_port(self, auxiliary: bool) -> None:
@@ -140,20 +142,21 @@ class Machine:
 
         The auxiliary port of a chip with 24 pins is not led out: latches, and pull-ups that read 1.
         """
-        self.pins = self.registers.pins = self.aux_pins if auxiliary else self.main_pins
+        self.pins = self.registers.pins = self.groups[auxiliary]
+        # The programming port is the same one, on whatever wires it is now.
+        self.aux_pins.wires[SIN] = self.main_pins.wires[SIN]
+        self.aux_pins.sout = self.main_pins.sout
+
+    def place(self, pin: int) -> int:
+        """Return a pin of the port that is chosen as a place for `Polling`."""
+        return pin + PINS * (self.pins is self.aux_pins)
 
     def _status(self, location: int) -> int:
-        low, high, mode, slot, flags = self.polling.status()
-        shown = {
-            127: self.store_slot << 4 | self.slot,
-            128: low,
-            129: high,
-            132: mode,
-            133: slot,
-            134: int(self.pins is self.aux_pins),
-            135: flags,
-        }
-        return shown.get(location, 0)
+        seen, mode, run_slot, flags = self.polling.status()
+        port = int(self.pins is self.aux_pins)
+        shown = (self.store_slot << 4 | self.slot, *seen, mode, run_slot, port, flags)
+        place = location - _FIRST_STATUS
+        return shown[place] if place < len(shown) else 0
 
 
 def pin_number(value: int) -> int:

@@ -36,7 +36,7 @@ def sleep(machine: Machine, *, seconds: int) -> Command[Result]:
 
 def end(machine: Machine) -> Command[Result]:
     """Sleep for ever. With no output there is nothing to see of it."""
-    while machine.pins.directions:
+    while any(pins.directions for pins in machine.groups):
         yield Delay(machine.timing.slow_clock_ns - machine.timing.glitch_ns)
         yield from _wake(machine)
     return None
@@ -56,9 +56,8 @@ def pollwait(machine: Machine, *, period: int) -> Command[Result]:
         else:
             yield Delay(timing.nap_ns << period)
             yield from _wake(machine)
-        for pin, level in polling.inputs.items():
-            if machine.main_pins.level(pin) == level:
-                return None
+        if polling.hits(machine.groups):
+            return None
 
 
 def write(machine: Machine, *, value: int, location: int) -> Command[Result]:
@@ -79,7 +78,9 @@ PAUSES: dict[str, CommandFunction] = {
 
 
 def _wake(machine: Machine) -> Command[None]:
-    directions = machine.pins.directions
-    machine.pins.set_directions(0)
+    before = [pins.directions for pins in machine.groups]
+    for pins in machine.groups:
+        pins.set_directions(0)
     yield Delay(machine.timing.glitch_ns)
-    machine.pins.set_directions(directions)
+    for pins, directions in zip(machine.groups, before, strict=True):
+        pins.set_directions(directions)

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 
 from cgagen.emulator.pins import PINS, Pins
 
+Groups = tuple[Pins, Pins]
+"""Main and auxiliary pins of a chip. A place is a pin of the first, or 16 more for the second."""
+
 _ACTIONS = {2: (True, False), 3: (False, True), 4: (True, True)}
 """Mode: whether polled outputs (and POLLWAIT) act, and whether POLLRUN does."""
 
@@ -17,13 +20,13 @@ class Polling:
     """What a chip polls.
 
     Attributes:
-        inputs: the level that a pin is looked at for.
-        outputs: the level that a pin gets when any input has its own.
+        inputs: the level that a place is looked at for.
+        outputs: the level that a place gets when any input has its own.
         mode: 0 to 4, as POLLMODE set it.
         latching: an output that has acted keeps its level.
         latched: that has happened.
         slot: what POLLRUN runs.
-        seen: pins that had their level since POLLMODE, a bit each.
+        seen: places that had their level since POLLMODE, a bit each.
         triggered: at the last poll an input had its level.
     """
 
@@ -64,29 +67,36 @@ class Polling:
             self.latched = self.triggered = False
             self.seen = 0
 
-    def watch(self, pin: int, level: int, pins: Pins) -> None:
+    def watch(self, place: int, level: int, groups: Groups) -> None:
         """Carry out POLLIN: the pin becomes an input."""
+        pins, pin = groups[place // PINS], place % PINS
         pins.set_directions(pins.directions & ~(1 << pin))
-        self.inputs = {**self.inputs, pin: level}
+        self.inputs = {**self.inputs, place: level}
 
-    def drive(self, pin: int, level: int, pins: Pins) -> None:
+    def drive(self, place: int, level: int, groups: Groups) -> None:
         """Carry out POLLOUT: the pin becomes an output at the other level."""
-        self.outputs = {**self.outputs, pin: level}
-        _set(pins, pin, 1 - level)
-        pins.set_directions(pins.directions | 1 << pin)
+        self.outputs = {**self.outputs, place: level}
+        _set(groups, place, 1 - level)
+        pins = groups[place // PINS]
+        pins.set_directions(pins.directions | 1 << place % PINS)
 
-    def poll(self, pins: Pins) -> int | None:
+    def hits(self, groups: Groups) -> int:
+        """Look at the inputs; returns those that have their level, a bit each."""
+        return sum(
+            1 << place
+            for place, level in self.inputs.items()
+            if groups[place // PINS].level(place % PINS) == level
+        )
+
+    def poll(self, groups: Groups) -> int | None:
         """Look at the inputs, set the outputs; returns the slot to run, if any."""
-        hits = 0
-        for pin, level in self.inputs.items():
-            if pins.level(pin) == level:
-                hits |= 1 << pin
+        hits = self.hits(groups)
         self.triggered = hits != 0
         self.seen |= hits
         acts, runs = _ACTIONS[self.mode]
         if acts and self.inputs and not self.latched:
-            for pin, level in self.outputs.items():
-                _set(pins, pin, level if hits else 1 - level)
+            for place, level in self.outputs.items():
+                _set(groups, place, level if hits else 1 - level)
             self.latched = self.latching and hits != 0
         if runs and hits:
             self.mode -= 2 if self.mode == 4 else 0
@@ -94,8 +104,8 @@ class Polling:
             return self.slot
         return None
 
-    def status(self) -> tuple[int, int, int, int, int]:
-        """Return the bytes 128, 129, 132, 133 and 135 of the scratch pad."""
+    def status(self) -> tuple[bytes, int, int, int]:
+        """Return the bytes 128 to 131, 132, 133 and 135 of the scratch pad."""
         acts, runs = _ACTIONS.get(self.mode, (False, False))
         bits = (
             acts and bool(self.outputs),
@@ -109,8 +119,9 @@ class Polling:
         )
         flags = sum(1 << place for place, bit in enumerate(bits) if bit)
         mode = self.mode | (8 if self.latching else 0)
-        return self.seen & 0xFF, self.seen >> PINS // 2, mode, self.slot, flags
+        return self.seen.to_bytes(4, "little"), mode, self.slot, flags
 
 
-def _set(pins: Pins, pin: int, level: int) -> None:
+def _set(groups: Groups, place: int, level: int) -> None:
+    pins, pin = groups[place // PINS], place % PINS
     pins.set_latch(pins.latch & ~(1 << pin) | level << pin)

@@ -8,7 +8,7 @@ are the chip's own kind: nothing here knows what an instruction means.
 from collections.abc import Sequence
 
 from cgagen.emulator.blocks import COUNT_BITS, Function, block_at
-from cgagen.emulator.chip import Chip, ChipState
+from cgagen.emulator.chip import Chip
 from cgagen.emulator.steps import Step, step_of
 from cgagen.errors import ExecutionError
 
@@ -34,7 +34,7 @@ class Routine:
         self._name = chip.name
         self._stop = stop
         self._start = chip.pc
-        self._state: ChipState = chip.snapshot()
+        self._latch = chip.machine.pins.latch
         self._gosubs = tuple(self._machine.gosubs)
         self._steps: dict[int, Step] = {}
         self._blocks: dict[int, Function | None] = {}
@@ -68,7 +68,7 @@ class Routine:
         self.words[:] = words
         machine.gosubs[:] = self._gosubs
         machine.last_return = 0
-        machine.pins.latch = self._state.now.latch
+        machine.pins.latch = self._latch
         blocks = self._blocks
         address, took = self._start, 0
         while address != stop:

@@ -228,17 +228,17 @@ class Runner(Engaged):
 
     def _settle(self) -> bool:
         """Poll, call hooks and look whether to stop, all of it between two instructions."""
+        self._settled = False
         if not self._reach():
             return False
         self._settled = True
         machine = self.machine
         if machine.polling.active:
-            slot = machine.polling.poll(machine.main_pins)
+            slot = machine.polling.poll(machine.groups)
             if slot is not None:
                 machine.pc = machine.run_slot(slot)
                 self.local_ns += machine.timing.jump_ns
-                self._settled = False
-                return True
+                return self._settle()  # a mode that runs a slot does so once, so not for ever
         for hook in (*self._hooks.get((machine.slot, machine.pc), ()), *self._each):
             hook(self)
         if self._watch is not None and self._watch():

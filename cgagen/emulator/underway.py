@@ -20,11 +20,16 @@ MOST_ANSWERS = 100_000
 
 
 class Before(NamedTuple):
-    """What an instruction may change before it ends, as it was when it started."""
+    """What an instruction may change before it ends, as it was when it started.
+
+    Attributes:
+        words: the register file.
+        groups: latch and directions of main and auxiliary pins.
+        scratch: the scratch pad.
+    """
 
     words: tuple[int, ...]
-    latch: int
-    directions: int
+    groups: tuple[tuple[int, int], ...]
     scratch: bytes
 
 
@@ -63,12 +68,14 @@ class UnderWay:
         self._before = before_of(machine)
         self._levels: deque[int] = deque(maxlen=MOST_ANSWERS)
         self.answers: deque[int | None] = deque(maxlen=MOST_ANSWERS)
-        machine.pins.tape = self._levels
+        for pins in machine.groups:
+            pins.tape = self._levels
         self.generator = self._started()
 
     def close(self) -> None:
         """Give the instruction up where it is; harmless when it is done."""
-        self._machine.pins.tape = None
+        for pins in self._machine.groups:
+            pins.tape = None
         self.generator.close()
 
     def recorded(self) -> Recorded:
@@ -102,8 +109,7 @@ def before_of(machine: Machine) -> Before:
     """Return what an instruction may change."""
     return Before(
         tuple(machine.registers.words),
-        machine.pins.latch,
-        machine.pins.directions,
+        tuple((pins.latch, pins.directions) for pins in machine.groups),
         bytes(machine.scratch),
     )
 
@@ -111,8 +117,8 @@ def before_of(machine: Machine) -> Before:
 def put_back(machine: Machine, before: Before) -> None:
     """Make a chip what it was, without a word to its wires."""
     machine.registers.words[:] = before.words
-    machine.pins.latch = before.latch
-    machine.pins.directions = before.directions
+    for pins, state in zip(machine.groups, before.groups, strict=True):
+        pins.latch, pins.directions = state
     machine.scratch[:] = before.scratch
 
 
@@ -120,11 +126,14 @@ def repeated(machine: Machine, step: Step, recorded: Recorded) -> UnderWay:
     """Return an instruction in the middle, as `recorded` was taken of it."""
     now = before_of(machine)
     put_back(machine, recorded.before)
-    machine.pins.ghost = iter(recorded.levels)
+    levels = iter(recorded.levels)
+    for pins in machine.groups:
+        pins.ghost = levels
     try:
         again = UnderWay(machine, step)
         again.repeat(recorded)
     finally:
-        machine.pins.ghost = None
+        for pins in machine.groups:
+            pins.ghost = None
     put_back(machine, now)
     return again

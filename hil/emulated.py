@@ -16,7 +16,14 @@ from cgagen.emulator.bench_file import parse_bench
 from cgagen.emulator.parts.photocell import Photocell
 from cgagen.emulator.parts.sonar import Sonar, middle_ns
 from cgagen.emulator.parts.whisker import Whisker
-from cgagen.errors import CgagenError, MismatchError, RigError, TargetTimeout
+from cgagen.errors import (
+    CgagenError,
+    ContentionError,
+    ExecutionError,
+    MismatchError,
+    RigError,
+    TargetTimeout,
+)
 from cgagen.robot import Robot
 from cgagen.stamp.image import Image
 from hil.benches import show
@@ -55,6 +62,17 @@ def robot_bench(robot: Robot, images: dict[str, Image]) -> Bench:
         return show(parse_bench(bench_text(robot), "bench.toml", Path(folder)), images)
 
 
+def stopped(where: str, error: CgagenError) -> RigError:
+    """Return what it says that the emulator cannot go on.
+
+    A program that comes to what is no instruction, or shorts two drivers, is broken, as one that
+    hangs is: `TargetTimeout`. Everything else is about the bench.
+    """
+    words = f"{where}: on the emulator: {error}"
+    broken = isinstance(error, ExecutionError | ContentionError)
+    return TargetTimeout(words) if broken else RigError(words)
+
+
 class PinsTarget(Closing):
     """The emulated robot, with everything through its pins.
 
@@ -81,14 +99,15 @@ class PinsTarget(Closing):
         """Switch the robot on and let it come to the moment before its first look.
 
         Raises:
-            TargetTimeout: it does not look at its sensors.
+            TargetTimeout: it does not look at its sensors, or does what no chip can.
+            RigError: the bench cannot be.
         """
         try:
             self._power_up()
         except TargetTimeout:
             raise
         except CgagenError as error:
-            raise RigError(f"{self.subject.where}: on the emulator: {error}") from error
+            raise stopped(self.subject.where, error) from error
 
     def close(self) -> None:
         """Let the bench go."""
@@ -117,11 +136,16 @@ class PinsTarget(Closing):
         """Let the robot look, decide and say GO.
 
         Raises:
-            TargetTimeout: it has not decided in three seconds of its own time.
+            TargetTimeout: it has not decided in three seconds of its own time, or does what no
+                chip can.
             MismatchError: its wires say another command than its telemetry.
         """
         self.present(stimulus)
-        seen = self.look()
+        try:
+            seen = self.look()
+        except CgagenError as error:
+            here = f"{self.subject.where}: at the reading {stimulus.text()}"
+            raise stopped(here, error) from error
         if seen is None:
             raise TargetTimeout(
                 f"{self.subject.where}: no decision in {DECISION_LIMIT_NS // 1_000_000} ms of the "

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from hil.decisions import Decision
 from hil.subject import Subject
 from hil.target import Target
-from hil.traces.recording import STEP_NS, origin_of
+from hil.traces.recording import STEP_NS, images_of, kind_of, origin_of
 from hil.traces.values import Trace, sample_of
 
 
@@ -18,11 +18,12 @@ def trace_of(subject: Subject, target: Target, decisions: Sequence[Decision], se
         decisions: one at least, in order.
         seed: of what was chosen by chance.
     """
-    kind = target.url.partition(":")[0]
     samples = tuple(
         sample_of(n * STEP_NS, one.stimulus, (n + 1) & 0xFFFF, one.observation)
         for n, one in enumerate(decisions)
     )
-    images = {"main": subject.images["main"].digest}
-    origin = origin_of(subject, kind, images=images, seed=seed, source={"test": True})
+    images = images_of(subject, target)
+    origin = origin_of(
+        subject, kind_of(target.url), images=images, seed=seed, source={"test": True}
+    )
     return Trace(target.url, samples, origin)

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from cgagen.bench_protocol import FRAME_LIMIT_MS
 from cgagen.emulator.parts.servo import Servo
-from cgagen.errors import CgagenError, RigError
+from cgagen.errors import CgagenError
 from cgagen.robot.gait import phases_of
+from hil.emulated import stopped
 from hil.equivalence import Trial, Verdict, blocked
 from hil.lone import MS, Lone, Walk
 from hil.stimuli import neutral
@@ -59,7 +60,7 @@ def try_timing(subject: Subject) -> tuple[Trial, Timing | None]:
         lone.show(neutral(subject.robot))
         walk = lone.walk(WALKS)
     except CgagenError as error:
-        return blocked(trial.target, RigError(str(error))), None
+        return blocked(trial.target, stopped(subject.where, error)), None
     times = [go - rise for rise, go in zip(lone.rise_ns, lone.go_ns, strict=False)]
     if walk is None or not times:
         trial.verdict = Verdict.FAIL

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
-from cgagen.errors import CgagenError, RigError
+from cgagen.errors import CgagenError
 from cgagen.words import COMMANDS
 from hil.colony_bench import colony_bench
+from hil.emulated import stopped
 from hil.equivalence import Trial, Verdict, blocked
 from hil.gait_reader import GaitReader, Reading
 from hil.lone import MS, OFF_NS, Lone
@@ -31,7 +32,7 @@ def try_walks(subject: Subject) -> Trial:
     try:
         walks = list(_told(subject) if told else _read(subject))
     except CgagenError as error:
-        return blocked(trial.target, RigError(f"{subject.where}: on the emulator: {error}"))
+        return blocked(trial.target, stopped(subject.where, error))
     for command, made, wrong in walks:
         movement = COMMANDS[subject.role][command]
         trial.tried[command], trial.agreed[command] = 1, int(made == command and not wrong)

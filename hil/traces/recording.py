@@ -69,16 +69,25 @@ def record_readings(
         sample_of(n * STEP_NS, stimulus, (n + 1) & 0xFFFF, target.decide(stimulus))
         for n, stimulus in enumerate(wanted)
     )
-    kind = target.url.partition(":")[0]
-    origin = origin_of(subject, kind, images=_images(subject, target), seed=seed, source=source)
+    kind = kind_of(target.url)
+    origin = origin_of(subject, kind, images=images_of(subject, target), seed=seed, source=source)
     return Trace(target.url, samples, origin), len(stimuli) - len(wanted)
 
 
-def _images(subject: Subject, target: Target) -> dict[str, str]:
+def kind_of(url: str) -> str:
+    """Return what decides behind a target's name, as a sidecar has it.
+
+    >>> kind_of("serial-reset:/dev/ttyUSB0"), kind_of("emulator:registers")
+    ('serial', 'emulator')
+    """
+    return url.partition(":")[0].removesuffix("-reset")
+
+
+def images_of(subject: Subject, target: Target) -> dict[str, str]:
     """Return the digests of what decided; a serial target has compared its chip's on opening."""
     if IMAGE not in target.caps:
         return {}
-    if target.url.startswith("serial:"):
+    if kind_of(target.url) == "serial":
         return {"main": subject.images["main"].digest}
     return target.identity().images
 

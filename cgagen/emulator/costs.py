@@ -12,7 +12,10 @@ LISTS_LATER = frozenset(
 """Instructions that read an item of their list when its turn comes."""
 
 _JUMPS = {"GOTO": 1, "GOSUB": 1, "RETURN": 2, "RUN": 1}
-"""Jumps that are always taken; RETURN reads its slot of the header first."""
+"""Jumps that are always taken; RETURN goes to its slot of the header first."""
+
+_SLOT_BITS = {"RETURN": 14}
+"""Bits that are read elsewhere: the address in that slot. Ref: S3 for their number."""
 
 _RANDOM_READS = frozenset({"READ"})
 
@@ -46,7 +49,7 @@ def instruction_ns(instruction: Instruction, timing: Timing) -> int:
     >>> instruction_ns(led, timing_of(chip("BS2")))
     150000
     """
-    bits = instruction.end - instruction.address
+    bits = instruction.end - instruction.address + _SLOT_BITS.get(instruction.name, 0)
     expressions = instruction.operands
     if instruction.write is not None:
         expressions += (instruction.write,)

@@ -139,7 +139,7 @@ def results(
 
 def _named(writer: Writer, text: Text) -> Text:
     """Return a value as instructions hand it to a store: sometimes raw, sometimes held."""
-    return text if writer.lines and len(writer.lines) % 2 else writer._kept(text.word, text.top)
+    return text if writer.lines and len(writer.lines) % 2 else writer.kept(text.word, text.top)
 
 
 def state(registers: Registers) -> tuple[list[int], int, int]:

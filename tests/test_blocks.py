@@ -140,7 +140,7 @@ def test_random_bytes_never_crash_and_never_hang(model: str, seed: int, zeros: i
 def test_ways_that_come_together_are_written_once(tokenizer: Tokenizer) -> None:
     tests = "\n".join(f"IF w > {n} THEN w = w - {n} ELSE w = w + {n}" for n in range(12))
     chip = chip_of(tokenizer, f"w VAR Word\n{tests}\nSTOP")
-    flow = flow_from(chip.pc, chip._step_at)
+    flow = flow_from(chip.pc, chip.step_at)
     text, _ = block_text(chip.pc, flow, CHOICES)
     assert len(text.split("\n")) < 12 * 8
     forks = [at for at, step in flow.steps.items() if step.instruction.name == "IF"]

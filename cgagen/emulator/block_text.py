@@ -145,9 +145,9 @@ class Writer:
         if index.constant is None:
             name = self._element(token, index)
             if size == 16:
-                return self._kept(f"r[{name}]", mask)
+                return self.kept(f"r[{name}]", mask)
             word, shift = _place(name, size)
-            return self._kept(f"r[{word}] >> ({shift}) & {mask}", mask)
+            return self.kept(f"r[{word}] >> ({shift}) & {mask}", mask)
         place = (token.value + index.constant) * size
         word_index, shift_bits = place >> 4 & 15, place & 15
         if word_index == INS:
@@ -155,8 +155,8 @@ class Writer:
         word = ("0", "p.latch", "p.directions")[word_index] if word_index < 3 else ""
         return _part(word or f"r[{word_index}]", shift_bits, size)
 
-    def _kept(self, code: str, top: int) -> Text:
-        """What depends on a name that is used again must be read at once."""
+    def kept(self, code: str, top: int) -> Text:
+        """Write the value into a name now, for the names in its code are used again; returns that."""
         name = self.name("v")
         self.line(f"{name} = {code}")
         return Text(name, top)

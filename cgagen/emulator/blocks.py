@@ -148,7 +148,7 @@ class _BlockWriter(Writer):
         elif name == "GOSUB":
             self.line(f"m.call({instruction.number})")
         elif name == "BRANCH":
-            index = self._kept(self.value(instruction.operands[0]).word, 0)
+            index = self.kept(self.value(instruction.operands[0]).word, 0)
             self.line(f"if {index.code} < {len(instruction.targets)}:")
             place = f"{instruction.targets!r}[{index.code}]"
             self.line(f"    {_leave(place, jumped, counted)}")
@@ -187,17 +187,17 @@ class _BlockWriter(Writer):
         if start.constant is not None and end.constant is not None:
             low, high = sorted((start.constant, end.constant))
             new = up if start.constant <= end.constant else down
-            moved = self._kept(f"{new} & {mask}", mask)
+            moved = self.kept(f"{new} & {mask}", mask)
             test = f"{low} <= {moved.code} <= {high}"
         else:
             a, b = start.word, end.word
-            moved = self._kept(f"({up} if {a} <= {b} else {down}) & {mask}", mask)
+            moved = self.kept(f"({up} if {a} <= {b} else {down}) & {mask}", mask)
             test = f"{a} <= {moved.code} <= {b} or {b} <= {moved.code} <= {a}"
         self._write(instruction, moved)
         return test
 
     def _lookup(self, instruction: Instruction) -> None:
-        index = self._kept(self.value(instruction.operands[0]).word, 0).code
+        index = self.kept(self.value(instruction.operands[0]).word, 0).code
         values = [self.value(item.values[0]) for item in instruction.items]
         if all(value.constant is not None for value in values):
             found = f"{tuple(value.constant for value in values)!r}[{index}]"
@@ -208,11 +208,11 @@ class _BlockWriter(Writer):
         self._when(f"{index} < {len(values)}", instruction, Text(found))
 
     def _lookdown(self, instruction: Instruction) -> None:
-        target = self._kept(self.value(instruction.operands[0]).word, 0).code
+        target = self.kept(self.value(instruction.operands[0]).word, 0).code
         sign, found = _SIGNS[instruction.comparison], "-1"
         for place, item in reversed([*enumerate(instruction.items)]):
             found = f"({place} if {target} {sign} {self.value(item.values[0]).word} else {found})"
-        place_name = self._kept(found, 0).code
+        place_name = self.kept(found, 0).code
         self._when(f"{place_name} >= 0", instruction, Text(place_name))
 
     def _when(self, test: str, instruction: Instruction, value: Text) -> None:
@@ -224,7 +224,7 @@ class _BlockWriter(Writer):
 
     def _fixed(self, value: Text) -> Text:
         """Read a value now: what it is made of may change before it is used."""
-        return value if value.constant is not None else self._kept(value.word, value.top)
+        return value if value.constant is not None else self.kept(value.word, value.top)
 
 
 def _leave(place: int | str, taken: int, counted: bool) -> str:

@@ -266,7 +266,7 @@ class Chip(Named):
         self.instructions = state.instructions
         self._settled = state.settled
         self._answer = state.answer
-        step = self._step_at(machine.pc) if state.fetched or state.recorded else None
+        step = self.step_at(machine.pc) if state.fetched or state.recorded else None
         self._step = step if state.fetched else None
         if step is not None and state.recorded is not None:
             self._under_way = repeated(machine, step, state.recorded)

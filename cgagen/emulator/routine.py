@@ -75,7 +75,7 @@ class Routine:
             block = blocks.get(address)
             if block is None:
                 if address not in blocks:
-                    made = block_at(address, self._step_at, machine.unknowns)
+                    made = block_at(address, self.step_at, machine.unknowns)
                     blocks[address] = made.function if made else None
                     continue
                 address, spent = self._single(address)
@@ -95,7 +95,7 @@ class Routine:
 
     def _single(self, address: int) -> tuple[int, int]:
         """Carry one instruction out; returns where the program is then, and what it took."""
-        step = self._step_at(address)
+        step = self.step_at(address)
         if step.action is None:
             raise ExecutionError(
                 f"{self._name}: {step.instruction.name} at {address} takes a bench; "
@@ -107,7 +107,8 @@ class Routine:
             return step.instruction.end, took
         return target, took + (step.jump_ns << COUNT_BITS)
 
-    def _step_at(self, address: int) -> Step:
+    def step_at(self, address: int) -> Step:
+        """Return an instruction of the slot that runs."""
         step = self._steps.get(address)
         if step is None:
             machine = self._machine

@@ -86,7 +86,7 @@ class Runner(Engaged):
         """A slot's program was written over."""
         self._programs[slot] = Program()
 
-    def _step_at(self, address: int) -> Step:
+    def step_at(self, address: int) -> Step:
         """Return an instruction of the slot that runs.
 
         Raises:
@@ -148,7 +148,7 @@ class Runner(Engaged):
             self._settled = False
         elif self._compile_after is not None and self.coverage is None:
             return self._dash(self._compile_after)
-        return self._single(self._step_at(machine.pc))
+        return self._single(self.step_at(machine.pc))
 
     def _single(self, step: Step) -> bool:
         """Carry out one instruction; False where others come first."""
@@ -177,7 +177,7 @@ class Runner(Engaged):
                 self._sprint(compile_after)
                 if self.local_ns >= self._slice_ns:
                     continue
-            step = program.steps.get(machine.pc) or self._step_at(machine.pc)
+            step = program.steps.get(machine.pc) or self.step_at(machine.pc)
             if not step.pulse:
                 return self._single(step)
             self.local_ns += step.ns
@@ -213,7 +213,7 @@ class Runner(Engaged):
             if block is None:
                 if address in blocks or not program.worn(address, compile_after):
                     break
-                blocks[address] = block_at(address, self._step_at, machine.unknowns)
+                blocks[address] = block_at(address, self.step_at, machine.unknowns)
                 continue
             if (took >> COUNT_BITS) + block.most_ns > limit:
                 break

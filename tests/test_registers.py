@@ -71,6 +71,18 @@ def test_a_pin_that_floats_reads_0_and_is_told_once() -> None:
     assert told == [7, 2]
 
 
+def test_of_a_nibble_or_byte_every_pin_that_floats_is_told() -> None:
+    told: list[int] = []
+    pins = Pins("chip", told.append)
+    registers = Registers(pins)
+    pins.connect(5, Wire("up", pull=1))
+    pins.connect(13, Wire("down", pull=0))
+    assert registers["INS"] == 0b10_0000
+    assert told == []  # who reads all of them rarely cares for all
+    assert (registers["INB"], told) == (0b0010, [4, 6, 7])
+    assert (registers["INH"], told[3:]) == (0, [8, 9, 10, 11, 12, 14, 15])
+
+
 def test_names() -> None:
     registers = Registers(Pins("chip"))
     registers["w0"] = 0x1234

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from cgagen.emulator.wires import Taker, Wire
 
 PINS = 16
+ALL_PINS = (1 << PINS) - 1
 SIN = 16
 """The pin number of the programming port's input."""
 
@@ -92,7 +93,7 @@ class Pins:
     def restore(self, latch: int, directions: int) -> None:
         """Set OUTS and DIRS in one step; a wire that is driven so already hears nothing."""
         self.latch, self.directions = latch, directions
-        self._show((1 << PINS) - 1)
+        self._show(ALL_PINS)
 
     def send(self, level: int) -> None:
         """Set SOUT: driven for a space, let go of for a mark, as the board's circuit does."""
@@ -118,18 +119,22 @@ class Pins:
             return 0
         return level
 
-    def levels(self) -> int:
-        """Read INS.
+    def levels(self, mask: int) -> int:
+        """Read INS, or a part of it.
 
-        Pins that float read 0 and are not reported: a program that reads all sixteen at once
-        rarely cares for all of them.
+        Pins that float read 0. They are reported, but not where all sixteen are read at once:
+        a program that does that rarely cares for all of them.
+
+        Args:
+            mask: the pins that are wanted, a bit each; what others read means nothing.
         """
         if self.ghost is not None:
             return next(self.ghost)
-        word = 0
+        word, wanted = 0, mask if mask != ALL_PINS else 0
         for pin in range(PINS):
-            if self.wires[pin].level:
-                word |= 1 << pin
+            bit = 1 << pin
+            if self.peek(pin) if wanted & bit else self.wires[pin].level:
+                word |= bit
         if self.tape is not None:
             self.tape.append(word)
         return word

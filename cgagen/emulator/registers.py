@@ -59,7 +59,7 @@ class Registers:
         elif size_bits == 1:
             return self.pins.level(place & 15)
         else:
-            word = self.pins.levels()
+            word = self.pins.levels((1 << size_bits) - 1 << (place & 15))
         return word >> (place & 15) & (1 << size_bits) - 1
 
     def write(self, size_bits: int, element: int, value: int) -> None:

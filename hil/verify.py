@@ -252,6 +252,29 @@ def try_target(
         target.close()
 
 
+def explainer_elsewhere(subject: Subject, compile_source: Compile) -> Explain:
+    """Return what names the lines behind a difference that another target has shown.
+
+    The program decides once more, from its registers. Where that cannot be done, or it decides
+    otherwise there, no line is named.
+    """
+
+    def explain(finding: Finding) -> tuple[Line, ...]:
+        observed, stimulus = finding.observed, finding.stimulus
+        if observed is None or stimulus is None:
+            return ()
+        try:
+            with RegisterTarget(subject, compile_source) as target:
+                seen = target.decide(stimulus)
+                if seen.command != observed.command or observed.state not in (None, seen.state):
+                    return ()
+                return explainer(subject, target)(replace(finding, observed=seen))
+        except CgagenError:
+            return ()
+
+    return explain
+
+
 def explainer(subject: Subject, target: RegisterTarget) -> Explain:
     """Return what names the lines behind a difference."""
     source, file = subject.sources["main"], subject.files["main"]

@@ -19,7 +19,7 @@ from hil.stimuli import Level, every_state, neutral, stimuli_of, thresholds
 from hil.subject import Subject, read_subject
 from hil.target import Observation, Stimulus
 from hil.timing import try_timing
-from hil.verify import explainer, try_sources, try_table, try_target, verify
+from hil.verify import explainer, explainer_elsewhere, try_sources, try_table, try_target, verify
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 ROLES = ("predator", "prey")
@@ -121,6 +121,21 @@ def test_a_planted_wrong_gene_fails_with_its_line(predator: Subject, tokenizer: 
     assert small.stimulus == every_state(predator.robot)[state]
     assert small.expected.state == state
     assert "DATA" in small.lines[0].text
+
+
+def test_lines_are_named_where_the_program_decides_so_again(
+    predator: Subject, tokenizer: Tokenizer
+) -> None:
+    """Not for a target that decides otherwise than its own program."""
+    state, stimulus = next((s, one) for s, one in every_state(predator.robot).items() if s > 20)
+    at = genes_at(predator, state)
+    wrong = with_image(predator, {at: predator.images["main"].eeprom[at] ^ 1})
+    for subject, named in ((wrong, 1), (predator, 0)):
+        explain = explainer_elsewhere(subject, tokenizer.compile)
+        with PinsTarget(wrong) as target:
+            trial = compare(predator, target, [stimulus], explain)
+        assert trial.smallest is not None
+        assert len(trial.smallest.lines) == named
 
 
 def test_a_gene_that_no_reading_reaches_fails_too(predator: Subject, tokenizer: Tokenizer) -> None:

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import shutil
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
@@ -12,6 +13,8 @@ from pathlib import Path
 import pytest
 
 from cgagen.pytest_plugin import ours
+from hil.simulated import commands_by_state
+from hil.subject import read_subject
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 
@@ -152,6 +155,31 @@ def test_without_firmware_there_is_one_sentence_a_test(
     assert "1 error" in ended.stdout, ended.stdout
     assert "\nno firmware was named; give --hil-genome FILE, " in ended.stdout
     assert "/ours.py" not in ended.stdout
+
+
+def test_a_wrong_decision_on_any_target_comes_with_its_line(tmp_path: Path) -> None:
+    build = tmp_path / "build"
+    shutil.copytree(FIRMWARE / "prey", build)
+    image = bytearray((build / "main.bin").read_bytes())
+    subject = read_subject(build)
+    answers = image.index(bytes(commands_by_state(subject)))
+    image[answers] ^= 1
+    (build / "main.bin").write_bytes(image)
+    (tmp_path / "test_robot.py").write_text(
+        "def test_it(hil_target, hil_stimuli, hil_check):\n"
+        "    hil_check(hil_target, hil_stimuli[:1])\n"
+    )
+    ended = inside(tmp_path, "--hil-build=build")
+    words = ended.stdout.splitlines()
+    at = words.index("smallest reading: 0,0,0,0,0,0/--")
+    assert words[at - 1].startswith("FAIL: the program answers state 0 with command 0, ")
+    assert words[at + 1 : at + 3] == [
+        "expected: state 0, command 1",
+        "observed: state 0, command 0",
+    ]
+    assert words[at + 3].startswith("main.bsp:")
+    assert "DATA" in words[at + 3]
+    assert words[at + 4].endswith("test_robot.py::test_it[emulator-named]' --hil-build build")
 
 
 def test_what_a_target_cannot_do_is_skipped_or_refused(tmp_path: Path) -> None:

@@ -112,8 +112,12 @@ def hil_check(
     """
 
     def once(target: "Target", stimuli: "Sequence[Stimulus] | Trace") -> "Trial":
-        verify = load("hil.verify")
-        explain = verify.explainer(hil_subject, target) if hasattr(target, "trace") else None
+        verify, compile_source = load("hil.verify"), load("cgagen.tokenizer").compile_source
+        explain = (
+            verify.explainer(hil_subject, target)
+            if hasattr(target, "trace")
+            else verify.explainer_elsewhere(hil_subject, compile_source)
+        )
         trial: Trial
         if hasattr(stimuli, "samples"):
             trial = load("hil.traces").replay(hil_subject, target, stimuli, explain)

@@ -5,7 +5,7 @@ from command_bench import MS, US, Bench, ToyPort, finished
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgagen.emulator.commands.pulses import GLITCH_NS, count, pulsin, pulsout, rctime
+from cgagen.emulator.commands.pulses import count, pulsin, pulsout, rctime
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Result
 from cgagen.emulator.requests import Command, Delay
@@ -62,7 +62,8 @@ def test_pulsout_of_an_input_shows_the_latch_first() -> None:
     trace = bench.trace(wire)
     bench.start(port, pulsout(port, duration=5, pin=7))
     bench.run()
-    assert trace.changes == [(0, 0), (GLITCH_NS, 1), (GLITCH_NS + 10 * US, 0)]
+    shown_ns = port.timing.pulsout_glitch_ns
+    assert trace.changes == [(0, 0), (shown_ns, 1), (shown_ns + 10 * US, 0)]
 
 
 def test_pulsout_of_nothing_is_no_pulse() -> None:

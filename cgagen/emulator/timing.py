@@ -7,7 +7,8 @@ The interpreter reads a bit-packed program from a serial EEPROM. Its time is mod
 The model is ours, fitted to what was measured on a BS2: HIGH takes 140 us and GOTO 290 us
 (Ref: S7). It is good for +-20 %, for +-40 % with slow operators. No other model was measured:
 theirs are the BS2's numbers by the ratio of instructions per second (Ref: S2, tables of models).
-Units of instructions with pins are the manual's and exact where the row says so.
+Units of instructions with pins are the manual's; where a row names no tolerance, neither does
+the manual, and the chip's resonator decides.
 
 A laboratory that has measured its own chip calibrates with `dataclasses.replace`:
 
@@ -18,6 +19,7 @@ A laboratory that has measured its own chip calibrates with `dataclasses.replace
 
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 from cgagen.stamp.chips import Chip
 
@@ -52,6 +54,8 @@ class Timing:
             than").
         pause_ns: one unit of PAUSE: 1 ms. Ref: S2 PAUSE, +-1 %.
         pulsout_ns: one unit of PULSOUT. Ref: S2 p. 347, exact but for the resonator.
+        pulsout_glitch_ns: PULSOUT shows the latch of a pin that was an input so long before its
+            pulse. 4 us. Ref: choice for "a few microseconds" in S9 (1.8) p. 291.
         pulsin_ns: one unit of PULSIN. Ref: S2 p. 343; for a BS2p S5 says 750 instead of 800.
         rctime_ns: one unit of RCTIME. Ref: S2 p. 363; for a BS2p S9 (2.0c) says 900, not 750.
         count_ns: one unit of COUNT's duration. BS2 1 ms, BS2sx 400 us, BS2p 287 us, BS2pe
@@ -94,6 +98,7 @@ class Timing:
     pollwait_ns: int
     pause_ns: int
     pulsout_ns: int
+    pulsout_glitch_ns: int
     pulsin_ns: int
     rctime_ns: int
     count_ns: int
@@ -222,8 +227,85 @@ def timing_of(model: Chip) -> Timing:
         pollwait_ns=(250 if model.name == "BS2pe" else 160) * US,
         pause_ns=MS,
         pulsout_ns=model.pulsout_unit_ns,
+        pulsout_glitch_ns=4 * US,
         pulsin_ns=model.pulsin_unit_ns,
         rctime_ns=model.rctime_unit_ns,
         serout_pace_ns=MS,
         dtmf_off_ns=MS,
     )
+
+
+# -- Buses, which every chip that has them drives alike ---------------------------------------
+
+
+class OneWireTiming(NamedTuple):
+    """One speed of the 1-Wire bus.
+
+    Attributes:
+        reset_low_ns: the master's reset pulse.
+        presence_ns: from its end to the look at the presence pulse.
+        reset_rest_ns: from there to the end of the reset slot.
+        short_low_ns: low time that begins the slot of a 1, and a read slot.
+        slot_ns: a slot; the master holds the line low for all of it to send a 0.
+        sample_ns: from the beginning of a read slot to the look at the line.
+        recovery_ns: high time between slots.
+    """
+
+    reset_low_ns: int
+    presence_ns: int
+    reset_rest_ns: int
+    short_low_ns: int
+    slot_ns: int
+    sample_ns: int
+    recovery_ns: int
+
+
+ONE_WIRE = OneWireTiming(564 * US, 70 * US, 410 * US, 8 * US, 72 * US, 10 * US, 8 * US)
+"""Normal speed. Ref: S2 p. 299, 300, 308 for the reset pulse, slots, recovery and the 1 to 10 us
+in which a read slot is sampled, "approximate"; choice for presence and rest, which are inside the
+limits of any 1-Wire part."""
+
+ONE_WIRE_READ_LOW_NS = 4 * US
+"""Low time that begins a read slot at normal speed. Ref: S2 p. 300."""
+
+ONE_WIRE_FAST = OneWireTiming(70 * US, 8_500, 40 * US, US, 7_500, 2 * US, 2_500)
+"""High speed. Ref: choice; the manual gives no times. They are usual for overdrive."""
+
+
+class LcdTiming(NamedTuple):
+    """The 4-bit bus of a display with an HD44780.
+
+    Attributes:
+        setup_ns: from data, RS and R/W to E high, and from E low to the next data.
+        enable_ns: E high; what the display answers is read at its end.
+        busy_ns: after each byte. Longer waits (clear, home, power-up) are the program's.
+    """
+
+    setup_ns: int
+    enable_ns: int
+    busy_ns: int
+
+
+LCD = LcdTiming(US, US, 40 * US)
+"""Ref: choice, inside the limits of an HD44780; the Stamp manual gives no times."""
+
+
+class X10Timing(NamedTuple):
+    """What goes out at a zero crossing of the mains.
+
+    Attributes:
+        burst_ns: one burst.
+        spacing_ns: from one burst to the next: a sixth of a period of 60 Hz.
+        bursts: for the three phases.
+        gap_crossings: silence after a command that is not part of a series: three periods.
+    """
+
+    burst_ns: int
+    spacing_ns: int
+    bursts: int
+    gap_crossings: int
+
+
+X10 = X10Timing(MS, 2_778 * US, 3, 6)
+"""Ref: X-10's transmission rules for the PL513 and TW523; that the Stamp sends all three bursts is
+a choice."""

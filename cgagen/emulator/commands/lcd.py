@@ -6,12 +6,12 @@ Ref: S2 p. 249 to 266. The high half of a byte goes first. The display's busy fl
 
 from typing import NamedTuple
 
-from cgagen.emulator.bus_timing import LCD
 from cgagen.emulator.commands.levels import drive
 from cgagen.emulator.commands.lists import bytes_of, receive
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Inputs, Items, Port, Result
 from cgagen.emulator.requests import Command, Delay
+from cgagen.emulator.timing import LCD
 
 
 class LcdPins(NamedTuple):

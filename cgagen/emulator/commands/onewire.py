@@ -3,12 +3,12 @@
 Ref: S2 p. 295 to 308. Least significant bit first.
 """
 
-from cgagen.emulator.bus_timing import ONE_WIRE, ONE_WIRE_FAST, ONE_WIRE_READ_LOW_NS, OneWireTiming
 from cgagen.emulator.commands.levels import LAST_PIN, pull_low, release
 from cgagen.emulator.commands.lists import bytes_of, receive
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Inputs, Items, Port, Result
 from cgagen.emulator.requests import Command, Delay
+from cgagen.emulator.timing import ONE_WIRE, ONE_WIRE_FAST, ONE_WIRE_READ_LOW_NS, OneWireTiming
 from cgagen.errors import ExecutionError
 
 RESET_BEFORE = 1

@@ -11,10 +11,6 @@ LONGEST_COUNT = 0xFFFF
 OVERFLOW = 0
 """What PULSIN and RCTIME return when nothing was measured. Ref: S2 p. 343, 363."""
 
-GLITCH_NS = 4_000
-"""PULSOUT shows the latch of a pin that was an input so long before its pulse. Ref: choice for
-"a few microseconds" in S9 (1.8) p. 291."""
-
 
 def pulsout(port: Port, *, duration: int, pin: int) -> Command[Result]:
     """Make the pin an output, invert its latch, wait, invert it back.
@@ -24,7 +20,7 @@ def pulsout(port: Port, *, duration: int, pin: int) -> Command[Result]:
     pins, mask = port.pins, 1 << (pin & LAST_PIN)
     if not pins.directions & mask:
         pins.set_directions(pins.directions | mask)
-        yield Delay(GLITCH_NS)
+        yield Delay(port.timing.pulsout_glitch_ns)
     if duration:
         pins.set_latch(pins.latch ^ mask)
         yield Delay(duration * port.timing.pulsout_ns)

@@ -5,10 +5,10 @@ Ref: S2 p. 465 to 468 for the instruction; X-10's rules for the PL513 and TW523 
 
 from itertools import chain, repeat
 
-from cgagen.emulator.bus_timing import X10
 from cgagen.emulator.commands.levels import FOREVER_NS, LAST_PIN, drive, release
 from cgagen.emulator.port import Items, Port, Result
 from cgagen.emulator.requests import Command, Delay, Until
+from cgagen.emulator.timing import X10
 
 START = (1, 1, 1, 0)
 """Sent without complements, one bit at a crossing."""

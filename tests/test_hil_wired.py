@@ -10,6 +10,7 @@ from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.flash import plan_of
 from cgagen.link import bench_hook, prompted
 from cgagen.link.bench_hook import BenchHook
+from cgagen.link.port import PortLock
 from cgagen.stamp.image import Image
 from cgagen.stamp.packets import BLOCK_BYTES
 from hil.emulated import robot_bench
@@ -63,6 +64,13 @@ class Dying(BytePipe):
     def outgoing(self, data: bytes) -> bytes:
         self.silent = self.silent or b"Q" in data
         return b"" if self.silent else data
+
+
+class Mute(BytePipe):
+    """Loses what an answer to a question begins with."""
+
+    def outgoing(self, data: bytes) -> bytes:
+        return data.replace(b"Q", b"")
 
 
 class Swallowing(BytePipe):
@@ -175,25 +183,43 @@ def test_a_port_where_nobody_answers_is_blocked(monkeypatch: pytest.MonkeyPatch)
 
 def test_a_port_has_one_session_at_a_time() -> None:
     one = subject("predator")
-    first, second = WiredTarget("/dev/port-of-a-test", one), None
-    first.hook._lock.take()
+    first = PortLock("/dev/port-of-a-test")
+    first.take()
     second = WiredTarget("/dev/port-of-a-test", one)
     with pytest.raises(RigError, match="another session"):
         second.open()
-    first.close()
+    first.release()
     with pytest.raises(RigError, match="cannot be opened"):
         second.open()
 
 
+def test_sessions_begin_with_numbers_of_their_own() -> None:
+    """So a stale answer to the host before is none to this one."""
+    first = {BenchHook("/dev/none")._sign() for _ in range(50)}
+    assert len(first) > 1
+
+
 def test_a_chip_that_lives_and_does_not_answer_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The question is refused for ever: the subject has more sonars than the chip."""
+    monkeypatch.setattr(bench_hook, "ANSWER_S", 1.0)
+    one = subject("predator")
+    with Mute(bench(one)) as pipe:
+        trial = try_target(
+            one, lambda: WiredTarget(pipe.url, one, gaps=False), [calibration(one.robot)]
+        )
+    assert trial.verdict is Verdict.FAIL
+    assert "though the chip is alive" in trial.reason
+
+
+def test_readings_that_are_always_refused_are_a_sick_bench(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The subject has more sonars than the chip, so that each sum is wrong, as on a bad cable."""
     monkeypatch.setattr(bench_hook, "ANSWER_S", 1.0)
     one = subject("predator")
     with BytePipe(bench(one)) as pipe:
         target = WiredTarget(pipe.url, one, gaps=False)
         target.open()
-        with pytest.raises(TargetTimeout, match="though the chip is alive"):
+        with pytest.raises(RigError, match=r"refuses the readings .* spoiled") as raised:
             target.decide(Stimulus((1, 2, 3, 4), lights=(0, 0)))
+        assert not isinstance(raised.value, TargetTimeout)
         monkeypatch.undo()
         trial = compare(one, target, [calibration(one.robot)])
         target.close()

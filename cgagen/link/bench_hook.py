@@ -11,9 +11,11 @@
         hook.move(0)
 
 A host speaks after a prompt only, repeats what was not heard, and takes an answer for its own
-only by its number. All waits are bounded.
+only by its number. Numbers begin anywhere, so that no answer to an earlier session, which a port's
+server may have kept, is taken for one to this. All waits are bounded.
 """
 
+import secrets
 import string
 import time
 from itertools import count
@@ -69,7 +71,7 @@ class BenchHook(PromptedPort):
     """A controller on a port, as a host talks to it.
 
     Args:
-        port: device path, or a URL of pyserial's: `socket://HOST:PORT`, `rfc2217://HOST:PORT`.
+        port: see `choose_port`: a device, `id:SERIAL`, `rfc2217://HOST:PORT`, ...
         gaps: leave the pauses that a Stamp needs; a server of emulated chips leaves them itself.
 
     Attributes:
@@ -86,8 +88,7 @@ class BenchHook(PromptedPort):
         self.stale = 0
         self.unheard = 0
         self.greeting: Banner | None = None
-        self._numbers = count(0)
-        self._nonces = count(0)
+        self._numbers = count(secrets.randbelow(len(SIGNS) ** 2))
 
     def reset(self) -> Banner:
         """Pulse ATN by DTR and wait for the banner; `hello` has half a second from then on.
@@ -116,8 +117,7 @@ class BenchHook(PromptedPort):
         """
         deadline = time.monotonic() + HELLO_S
         while time.monotonic() < deadline:
-            number = next(self._nonces)
-            self.nonce = SIGNS[number % 26] + SIGNS[26 + number % 26]
+            self.nonce = self._sign()
             self.speak(request_text(Letter.HELLO, *self.nonce), deadline)
             for line in self.lines(deadline):
                 if f"{ANSWER}{Letter.HELLO}{self.nonce}" in line:
@@ -150,9 +150,9 @@ class BenchHook(PromptedPort):
 
         Raises:
             TargetTimeout: it listens and does not answer.
-            RigError: nothing comes from it any more.
+            RigError: nothing comes from it any more, or the readings never reach it whole.
         """
-        sign = self._sign()
+        sign, refused = self._sign(), 0
         deadline = time.monotonic() + ANSWER_S
         while time.monotonic() < deadline:
             self.speak(request_text(Letter.QUESTION, *sign), deadline)
@@ -165,8 +165,14 @@ class BenchHook(PromptedPort):
                     if answer is not None:
                         self.stale += 1
                     elif f"{ANSWER}{Letter.REFUSED}{sign}" in line:
+                        refused += 1
                         break
             self.unheard += 1
+        if refused:
+            raise RigError(
+                f"{self.port}: the chip refuses the readings {readings.strip()}, {refused} times "
+                f"in {ANSWER_S:g} s; they come to it spoiled, so look at the cable and the adapter"
+            )
         self.give_up(f"no answer to the readings {readings.strip()} in {ANSWER_S:g} s")
 
     def move(self, command: int, sign: str | None = None) -> None:

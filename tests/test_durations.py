@@ -103,6 +103,15 @@ def test_only_the_labels_that_are_wanted(tokenizer: Tokenizer) -> None:
         bench_of_image(image).chip("main").durations()
 
 
+def test_labels_are_spelled_as_in_the_source(tokenizer: Tokenizer) -> None:
+    body = "GOSUB turnleft\nGOSUB Idle\nSTOP\nTurnLeft: RETURN\nIdle: RETURN"
+    assert measured(tokenizer, body, "TURNLEFT").keys() == {("TurnLeft", True)}
+    with pytest.raises(SymbolError, match=r"no label zzz; there are TurnLeft, Idle"):
+        measured(tokenizer, body, "zzz")
+    with pytest.raises(SymbolError, match=r"no label idel; did you mean Idle\?"):
+        measured(tokenizer, body, "idel")
+
+
 def test_measuring_changes_nothing_and_ends(tokenizer: Tokenizer) -> None:
     compiled = tokenizer.compile(
         HEAD + "n VAR Word\nmain:\nn = n + 1\nGOSUB w\nGOTO main\nw: RETURN"

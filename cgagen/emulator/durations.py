@@ -20,7 +20,7 @@ class Duration(NamedTuple):
     """What one routine took.
 
     Attributes:
-        label: in lower case.
+        label: as the source spells it.
         slot: of its program.
         called: by GOSUB; otherwise it was reached by a jump or by running on.
         times: how often it ended.
@@ -82,6 +82,7 @@ class Durations:
         # Of several labels at one place, one that is wanted gives the name.
         self._labels = dict(sorted(all_labels, key=lambda row: row[1] in wanted))
         self._wanted = wanted or set(self._labels.values())
+        self._symbols = symbols
         self._levels = [_Level()]
         self._took: dict[Place, list[int]] = {}
         self._before = ""
@@ -95,7 +96,7 @@ class Durations:
         places = sorted(self._took, key=lambda place: (place[0], order[place[:2]], place[2]))
         return tuple(
             Duration(
-                label,
+                self._symbols[slot].spelled[label],
                 slot,
                 called,
                 count,

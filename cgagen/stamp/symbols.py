@@ -17,7 +17,7 @@ from cgagen.stamp.data import DataBlock, data_of
 from cgagen.stamp.decode import decode
 from cgagen.stamp.definitions import Definition, constants_of, definitions_of
 from cgagen.stamp.layout import FIXED, SIZES, Place, place_in, places_of
-from cgagen.stamp.scan import blanked, labels_of
+from cgagen.stamp.scan import Label, blanked, labels_of
 
 PINS = 16
 
@@ -35,6 +35,7 @@ class Symbols:
         constants: the value of each CON.
         data: DATA blocks by label; None where they cannot be told apart.
         labels: stream bit of the first instruction behind each label.
+        spelled: each of those names as the source has it, by the name in lower case.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Symbols:
     constants: Mapping[str, int]
     data: Mapping[str, DataBlock] | None
     labels: Mapping[str, int]
+    spelled: Mapping[str, str]
 
     def place(self, text: str) -> Place:
         """Return where a variable is, written as a program writes it.
@@ -101,8 +103,9 @@ class Symbols:
         self, text: str, kind: str, near: Iterable[str], shown: Iterable[str]
     ) -> SymbolError:
         """Return the sentence that says what a program does not have, and what is like it."""
-        words = difflib.get_close_matches(text.strip().lower(), dict.fromkeys(near), n=3)
-        names = list(dict.fromkeys(shown))
+        close = difflib.get_close_matches(text.strip().lower(), dict.fromkeys(near), n=3)
+        words = [self.spelled.get(word, word) for word in close]
+        names = [self.spelled.get(word, word) for word in dict.fromkeys(shown)]
         if words:
             hint = f"did you mean {' or '.join(words)}?"
         else:
@@ -119,7 +122,7 @@ def symbols_of(compiled: Compiled) -> Symbols:
     """
     try:
         code = live_text(compiled.source)
-        definitions = list(definitions_of(code))
+        definitions, labels = list(definitions_of(code)), list(labels_of(blanked(code)))
         constants = constants_of(definitions)
         blocks = data_of(compiled)
         addresses = {block.name.upper(): block.address for block in blocks or ()}
@@ -131,23 +134,25 @@ def symbols_of(compiled: Compiled) -> Symbols:
         raise _unread(compiled, f"{counted} were found where it has {compiled.variables}")
     kinds = {one.name.upper(): one.kind for one in definitions}
     values = {name: value for name, value in constants.items() if name in kinds}
+    names = [one.name for one in definitions] + [one.name for one in labels]
     return Symbols(
         name=compiled.name,
         variables=places,
         pins={name.lower(): n for name, n in values.items() if kinds[name] == "PIN"},
         constants={name.lower(): n for name, n in values.items() if kinds[name] == "CON"},
         data=None if blocks is None else {block.name.lower(): block for block in blocks},
-        labels=_labels(compiled, code),
+        labels=_bits(compiled, labels),
+        spelled={name.lower(): name for name in names},
     )
 
 
-def _labels(compiled: Compiled, code: str) -> dict[str, int]:
+def _bits(compiled: Compiled, labels: Iterable[Label]) -> dict[str, int]:
     statements = compiled.source_map.statements
-    labels: dict[str, int] = {}
-    for label in labels_of(blanked(code)):
+    bits: dict[str, int] = {}
+    for label in labels:
         behind = [one.bit for one in statements if one.offset >= label.offset]
-        labels[label.name.lower()] = behind[0] if behind else _last_end(compiled)
-    return labels
+        bits[label.name.lower()] = behind[0] if behind else _last_end(compiled)
+    return bits
 
 
 def _last_end(compiled: Compiled) -> int:

@@ -214,6 +214,29 @@ def test_a_variable_can_be_set(tokenizer: Tokenizer) -> None:
     assert chip.ram["w"] == 2 * 256 + 45
 
 
+def test_variables_can_be_had_all_at_once(tokenizer: Tokenizer) -> None:
+    """An array is its first element, as in PBASIC; whatever can be asked for is there."""
+    ram = ran(tokenizer, "p PIN 2\nw VAR Word\nr VAR Nib(3)\nw = 700\nr(0) = 5\nEND").ram
+    assert dict(ram) == {"w": 700, "r": 5}
+    assert [name in ram for name in ("W", "r(2)", "p", "B3", "nope", "w.NIB4", 3)] == [
+        *(4 * [True]),
+        *(3 * [False]),
+    ]
+
+
+def test_a_number_that_the_chip_does_not_have(tokenizer: Tokenizer) -> None:
+    chip = ran(tokenizer, "END", "BS2p")
+    for pin in (-1, 17, 99):
+        with pytest.raises(ValueError, match=f"no pin {pin}; give 0 to 15, or 16 for SIN"):
+            chip.level(pin)
+    for slot in (-1, 8):
+        with pytest.raises(ValueError, match=f"a BS2p has no slot {slot}; give 0 to 7"):
+            chip.eeprom(slot)
+    with pytest.raises(TypeError, match=r"1500000000\.0 is no whole number of nanoseconds"):
+        chip.run(1.5e9)  # type: ignore[arg-type]
+    assert (chip.level(16), len(chip.eeprom(7))) == (0, 2048)
+
+
 def test_data_is_read_as_it_is_now(tokenizer: Tokenizer) -> None:
     chip = ran(
         tokenizer,

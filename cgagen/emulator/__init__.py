@@ -54,4 +54,16 @@ Hooks on lines, labels, addresses and pins see each moment; each returns how to 
 >>> bench.run(until_ns=50_000_000)
 >>> lefts, levels
 ([3, 2, 1], [0, 1, 0, 1, 0])
+
+All variables at once; what is not there is said in a sentence:
+
+>>> dict(chip.ram)
+{'left': 0, 'seen': 0}
+>>> chip.ram["lift"]
+Traceback (most recent call last):
+cgagen.errors.SymbolError: blink.bs2: no variable lift; did you mean left?
+
+More of it: `help` says what a chip can do (`cgagen.emulator.chip.Chip`), what a bench with several
+chips and parts can (`cgagen.emulator.bench.Bench`), and how a file describes one
+(`cgagen.emulator.bench_file`).
 """

@@ -87,8 +87,18 @@ class Chip(Named):
         return self._waiting is not None and self._timer.due_ns is None
 
     def eeprom(self, slot: int = 0) -> bytes:
-        """Return the bytes of a slot as they are now."""
-        return bytes(self.machine.memory.slots[slot].data)
+        """Return the bytes of a slot as they are now.
+
+        Raises:
+            ValueError: the model has no such slot.
+        """
+        slots = self.machine.memory.slots
+        if not 0 <= slot < len(slots):
+            model = self.machine.model.name
+            raise ValueError(
+                f"{self.name}: a {model} has no slot {slot}; give 0 to {len(slots) - 1}"
+            )
+        return bytes(slots[slot].data)
 
     def cover(self) -> Coverage:
         """Begin to count what is executed. Slower; nothing is counted before the first call."""

@@ -104,7 +104,12 @@ class Clock:
         """Carry out everything that is booked up to a time, that time included, and go there.
 
         Ends earlier, and says so in `stopped`, after an action that called `stop`.
+
+        Raises:
+            TypeError: the time is no whole number, as 1e9 is none.
         """
+        if not hasattr(time_ns, "__index__"):
+            raise TypeError(f"{time_ns} is no whole number of nanoseconds; write it as 1_000_000")
         self.stopped = False
         self.limit_ns = time_ns
         queue = self._queue

@@ -6,7 +6,7 @@ Looking changes nothing: a pin that floats is not reported, and nothing is read 
 from collections.abc import Callable, Iterator
 
 from cgagen.emulator.durations import Durations
-from cgagen.emulator.pins import PINS, Pins
+from cgagen.emulator.pins import PINS, SIN, Pins
 from cgagen.emulator.registers import DIRS, FIRST_VARIABLE, OUTS, Registers
 from cgagen.emulator.runner import Runner
 from cgagen.errors import SymbolError
@@ -45,9 +45,20 @@ class Ram:
         size_bits, element, _ = self._symbols().place(name)
         self._registers.write(size_bits, element, value)
 
+    def __contains__(self, name: object) -> bool:
+        """Return whether there is a variable of that name, so that it may be asked for."""
+        try:
+            return isinstance(name, str) and bool(self._symbols().place(name))
+        except SymbolError:
+            return False
+
     def __iter__(self) -> Iterator[str]:
         """Return the names of the program's variables, in lower case."""
         return iter(self._symbols().variables)
+
+    def keys(self) -> Iterator[str]:
+        """Return the same: `dict(chip.ram)` has all variables with their values."""
+        return iter(self)
 
     def __len__(self) -> int:
         """Return how many variables the program names."""
@@ -148,9 +159,12 @@ class Named(Runner):
         """Return the number of a pin, given by its number or by name: a PIN, a CON, or P3.
 
         Raises:
-            SymbolError: there is no such pin.
+            SymbolError: there is no pin of that name.
+            ValueError: there is none of that number; 16 is SIN.
         """
         if isinstance(pin, int):
+            if not 0 <= pin <= SIN:
+                raise ValueError(f"{self.name}: no pin {pin}; give 0 to {PINS - 1}, or 16 for SIN")
             return pin
         low = pin.strip().lower()
         if low[:1] == "p" and low[1:].isdecimal() and int(low[1:]) < PINS:

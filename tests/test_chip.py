@@ -369,6 +369,23 @@ def test_hooks_on_addresses_labels_and_pins(tokenizer: Tokenizer) -> None:
     assert (len(at_address), len(at_label), len(at_pin)) == (3, 3, 4)
 
 
+def test_a_hook_that_fails_does_not_end_the_program(tokenizer: Tokenizer) -> None:
+    made = chip_of(tokenizer, "w VAR Word\nw = w + 1\nPAUSE 1\nw = w + 1\nSTOP")
+
+    def fail(chip: Chip) -> None:
+        if chip.registers["W0"] == 1:
+            raise LookupError("a class's own mistake")
+
+    remove = made.on_instruction(fail)
+    with pytest.raises(LookupError, match="own mistake"):
+        made.run(SECOND_NS)
+    remove()
+    with pytest.raises(LookupError):
+        made.run_until(lambda: bool({}["left"]), SECOND_NS)
+    made.run(SECOND_NS)
+    assert (made.ended, made.registers["W0"], made.instructions) == (End.STOP, 2, 4)
+
+
 def test_run_until_looks_before_every_instruction(tokenizer: Tokenizer) -> None:
     made = chip_of(tokenizer, "w VAR Word\nDO\nw = w + 1\nLOOP")
     assert made.run_until(lambda: made.registers["W0"] == 100, 10 * SECOND_NS)

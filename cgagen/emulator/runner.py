@@ -239,10 +239,14 @@ class Runner(Engaged):
                 machine.pc = machine.run_slot(slot)
                 self.local_ns += machine.timing.jump_ns
                 return self._settle()  # a mode that runs a slot does so once, so not for ever
-        for hook in (*self._hooks.get((machine.slot, machine.pc), ()), *self._each):
-            hook(self)
-        if self._watch is not None and self._watch():
-            self.clock.stop()
+        try:
+            for hook in (*self._hooks.get((machine.slot, machine.pc), ()), *self._each):
+                hook(self)
+            if self._watch is not None and self._watch():
+                self.clock.stop()
+        except BaseException:
+            self._timer.at(self.local_ns)  # a fault of theirs is not the end of the program
+            raise
         if self.clock.stopped:
             self._timer.at(self.local_ns)
             return False

@@ -50,9 +50,13 @@ class _Service(Closing):
         """Serve in a thread of its own."""
         self._thread.start()
 
+    def stop(self) -> None:
+        """Let it end soon; may be called from its own thread."""
+        self._ended.set()
+
     def close(self) -> None:
         """End the thread, and let go of what is open. Harmless when repeated."""
-        self._ended.set()
+        self.stop()
         if self._thread.is_alive():
             self._thread.join()
         self._let_go()
@@ -62,6 +66,8 @@ class _Service(Closing):
             self._run()
         except BaseException as error:
             self.failure = error
+        finally:
+            self._let_go()
 
     @abstractmethod
     def _run(self) -> None:
@@ -69,7 +75,7 @@ class _Service(Closing):
 
     @abstractmethod
     def _let_go(self) -> None:
-        """Close what is open."""
+        """Close what is open. Harmless when repeated."""
 
 
 class RigOnBus(_Service):

@@ -191,7 +191,7 @@ class FakePort:
             self._atn_s = now_s
         if self._dtr and not on and now_s - self._atn_s >= ATN_LEAST_S and self.chip.atn_works:
             self._cut(now_s)
-            self._schedule(now_s, self.chip.reset(self._break) if self.chip.powered else [])
+            self.schedule(now_s, self.chip.reset(self._break) if self.chip.powered else [])
             self._reset_in_break = self._break
             self._break_s = now_s
         self._dtr = on
@@ -206,7 +206,7 @@ class FakePort:
         now_s = self.clock.now_s()
         if self._break and not on:
             if self._reset_in_break and now_s - self._break_s < BREAK_LEAST_S:
-                self._schedule(now_s, self.chip.start())
+                self.schedule(now_s, self.chip.start())
             self._arriving.append((now_s + 0.016, 0))
             self._arriving.sort()
         self._break = on
@@ -231,7 +231,7 @@ class FakePort:
                 answers = self.chip.receive(crossed)
                 for _ in range(self._echoes if self.chip.powered else 0):
                     self._back(crossed, at_s)
-                self._schedule(at_s, answers)
+                self.schedule(at_s, answers)
         return len(data)
 
     def read(self, size: int = 1) -> bytes:
@@ -270,7 +270,7 @@ class FakePort:
             self._arriving.append((self._noise_s, self._chance.randrange(256)))
             self._arriving.sort(key=lambda one: one[0])
 
-    def _schedule(self, at_s: float, answers: list[tuple[float, int]]) -> None:
+    def schedule(self, at_s: float, answers: list[tuple[float, int]]) -> None:
         for delay_s, byte in answers:
             self._back(byte, at_s + delay_s + BYTE_S)
 
@@ -305,7 +305,7 @@ class FakePort:
                 case Kind.UNPLUGGED:
                     self.unplugged = True
                 case Kind.RESET:
-                    self._schedule(at_s, self.chip.reset(in_break=False))
+                    self.schedule(at_s, self.chip.reset(in_break=False))
                 case Kind.POWER_OFF:
                     self.chip.powered = False
                     return []

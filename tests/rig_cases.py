@@ -7,9 +7,9 @@ from itertools import count
 
 import can
 
+from cgagen.emulator.bench import BenchState
 from hil.canbus import CanTarget
 from hil.frames import Frame
-from hil.messages import State
 from hil.rig import RigOnBus
 from hil.rig_protocol import Rig
 from hil.rig_robot import RigRobot
@@ -31,18 +31,30 @@ def opened(rig: Rig) -> Rig:
     return rig
 
 
+class WarmRobot(RigRobot):
+    """Is switched on once; later it goes back to the moment to which that has led."""
+
+    def open(self) -> None:
+        if self._on is None:
+            super().open()
+            self._on = self.bench.snapshot()
+        self.bench.restore(self._on)
+
+    def close(self) -> None:
+        """The next test has it."""
+
+    _on: BenchState | None = None
+
+
 @cache
 def _robot(role: str) -> RigRobot:
-    return RigRobot(subject(role))
+    return WarmRobot(subject(role))
 
 
 def ready(rig: Rig, role: str = "predator") -> Rig:
-    """The rig with a robot that has been switched on once for all tests."""
+    """The rig, open, with a robot that all tests share."""
     rig.robot = _robot(role)
-    if rig.robot._ready is None:
-        rig.robot.open()
-    rig._state = State.IDLE
-    return rig
+    return opened(rig)
 
 
 def nothing(role: str) -> Stimulus:

@@ -1,7 +1,5 @@
 """The target behind a rig: what it can show, and what else comes on a bus."""
 
-from itertools import count
-
 import can
 import pytest
 
@@ -38,9 +36,9 @@ def test_a_target_says_what_it_can_and_cannot_show() -> None:
     assert trial.note == one.note
 
 
-def test_numbers_go_on_behind_the_last_of_16_bits() -> None:
+def test_numbers_go_on_behind_the_last_of_16_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil.can_session.secrets.randbelow", lambda most: 65_533)
     with spoilt(lambda one: [one]) as bus, target(bus) as one:
-        one._session._numbers = count(65_533)
         trial = compare(subject(PREDATOR), one, readings(6))
     assert (trial.verdict, trial.decisions, one.unheard) == (Verdict.PASS, 6, 0)
 
@@ -149,8 +147,6 @@ def test_frames_of_others_are_ignored_and_counted() -> None:
 
     with spoilt(noise) as bus, target(bus) as one:
         trial = compare(subject(PREDATOR), one, readings(3))
-        line = one._session.line
-        assert (line.errors, line.foreign, line.malformed) == (3, 12, 3)
         assert one.foreign == "3 error frames, 12 of other devices, 3 of a wrong length"
     assert (trial.verdict, trial.stale, one.unheard) == (Verdict.PASS, 0, 0)
 

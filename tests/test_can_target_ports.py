@@ -5,6 +5,7 @@ import os
 import pty
 import tty
 
+import can
 import pytest
 
 from cgagen.errors import RigError
@@ -105,13 +106,9 @@ def test_an_adapter_that_is_pulled_out_in_a_question_is_blocked(kind: str) -> No
     class Unplugged(SlcanPort):
         def write(self, handle: int, data: bytes) -> None:
             if b"t2008" in data:
-                self._ended.set()
+                self.stop()
                 raise OSError("pulled out")
             super().write(handle, data)
-
-        def _run(self) -> None:
-            super()._run()
-            self._let_go()
 
     with Unplugged(rig(), kind) as port, target(port) as one:
         trial = compare(subject(PREDATOR), one, readings())
@@ -119,13 +116,17 @@ def test_an_adapter_that_is_pulled_out_in_a_question_is_blocked(kind: str) -> No
     assert "lost while" in trial.reason or "no status comes" in trial.reason
 
 
-def test_a_closed_bus_is_a_sentence() -> None:
-    with spoilt(lambda one: [one]) as bus, target(bus) as one:
-        line = one._session.line
-        assert line._bus is not None
-        line._bus.shutdown()
+def test_a_closed_bus_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[can.BusABC] = []
+    bus_of = can.Bus
+    with spoilt(lambda one: [one]) as bus:
+        monkeypatch.setattr(can, "Bus", lambda **how: opened.append(bus_of(**how)) or opened[-1])
+        one = target(bus)
+        one.open()
+        opened[0].shutdown()
         with pytest.raises(RigError, match="lost while sending"):
             one.decide(nothing(PREDATOR))
+        one.close()
 
 
 @pytest.mark.usefixtures("short_hello")

@@ -155,7 +155,7 @@ def test_garbage_on_the_line(every: int) -> None:
 def test_a_program_that_talked_before_the_reset_is_no_trouble() -> None:
     stamp = FakeChip("BS2p24", program=lambda chip: [(n * 0.005, 0x55) for n in range(2000)])
     port = FakePort(stamp, SimClock())
-    port._schedule(port.clock.now_s(), stamp.start())
+    port.schedule(port.clock.now_s(), stamp.start())
     port.clock.sleep(1)
     image = image_of("BS2p")
     assert flash(port, image).talks

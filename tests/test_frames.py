@@ -39,24 +39,24 @@ class Clock(Toy):
         self._unit_us = robot.locomotion.pulsout_unit_ns / 1000
         self._cost_us = _costs_us(compiled)
 
-    def _step(self, pc: int, stack: list[int]) -> int:
+    def step(self, pc: int, stack: list[int]) -> int:
         self.now_us += self._cost_us.get(self.numbers[pc], 0) / self._speed
         before = len(self.sent)
-        following = super()._step(pc, stack)
+        following = super().step(pc, stack)
         self.now_us += (len(self.sent) - before) * CHARACTER_US
         if following != pc + 1:
             self.now_us += JUMP_US / self._speed
         return following
 
-    def _pulse(self, pin: str, width: int) -> None:
+    def pulse(self, pin: str, width: int) -> None:
         if pin in self.last_us:
             self.longest_us = max(self.longest_us, self.now_us - self.last_us[pin])
         self.last_us[pin] = self.now_us
         self.now_us += width * self._unit_us
-        super()._pulse(pin, width)
+        super().pulse(pin, width)
 
-    def _receive(self, items: list[str]) -> bool:
-        heard = super()._receive(items)
+    def receive(self, items: list[str]) -> bool:
+        heard = super().receive(items)
         self.now_us += LOCOMOTION_SLICE_MS * 1000 if self._late or not heard else 0
         self.now_us += 4 * CHARACTER_US if heard else 0
         return heard

@@ -22,7 +22,7 @@ from hil.followed import POSITIONS
 from hil.partition import Group, Partition, joined
 from hil.proof import Question, prove
 from hil.subject import Subject, read_subject, subject_of
-from hil.tracing import Trace, Word, classifier_criticals
+from hil.tracing import Trace, classifier_criticals
 from tests.firmware_cases import PREDATOR, built
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
@@ -512,8 +512,8 @@ def test_the_trace_refuses_to_compare_with_what_is_no_number() -> None:
 
 
 def test_a_word_is_equal_to_itself() -> None:
-    word = Trace(("a",)).word(0)
-    same = Word(word._trace, 0)
+    trace = Trace(("a",))
+    word, same = trace.word(0), trace.word(0)
     assert word == same
     assert word <= same
     assert not word < same

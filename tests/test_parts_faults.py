@@ -22,7 +22,8 @@ class WireBench:
     def __init__(self) -> None:
         self.clock = Clock()
         self.wire = Wire("whisker")
-        self.pins = Pins("main")
+        self.floated: list[int] = []
+        self.pins = Pins("main", self.floated.append)
         lead = Wire("left.signal")
         self.whisker = Whisker("left", self.clock, lead)
         self.wire.join(self.pins.wires[8])
@@ -62,11 +63,9 @@ def test_nothing_comes_out_of_a_stuck_pin() -> None:
 
 def test_an_open_wire_floats_and_comes_back() -> None:
     bench = WireBench()
-    floated: list[int] = []
-    bench.pins._floated = floated.append
     fault = Open("open", bench.clock, bench.pin, from_ns=None)
     fault.switch(True)
-    assert (bench.pins.level(8), floated) == (0, [8])
+    assert (bench.pins.level(8), bench.floated) == (0, [8])
     assert (bench.wire.level, fault.fired, fault.first_ns) == (1, 1, 0)
     fault.switch(False)
     assert bench.pins.level(8) == 1

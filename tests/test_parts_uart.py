@@ -55,8 +55,10 @@ def test_bytes_follow_each_other_without_a_gap() -> None:
 
 def test_seven_bits_and_even_parity() -> None:
     clock = Clock()
-    pc, peer = pair(clock, seven_even=True)
-    probe = Probe("probe", clock, peer._receive or Wire(""))
+    wire = Wire("line")
+    pc = Uart("pc", clock, wire, None, seven_even=True)
+    peer = Uart("peer", clock, None, wire, seven_even=True)
+    probe = Probe("probe", clock, wire)
     pc.send(b"C")  # 43h: three ones, parity 1
     clock.run_until(10 * MS)
     assert peer.received == b"C"

@@ -65,7 +65,8 @@ def test_even_if_the_line_is_looked_at_first() -> None:
             server.turn()
         data.sendall(b"B")
         hand.sendall(b"DTR 1\n")
-        server.endpoints[0]._hand_ready()  # type: ignore[attr-defined]
+        _, _, (_, line_is_ready), _ = server.endpoints[0].wanted().values()
+        line_is_ready()
         assert data.recv(9) == b"B"
         assert hand.recv(9) == b"DTR 1\n"
     server.close()

@@ -123,7 +123,7 @@ def test_a_process_that_does_not_read_is_stopped() -> None:
     ],
 )
 def test_a_sick_process_is_one_sentence(script: str, words: str) -> None:
-    with Tokenizer(5, command=fake(script)) as tokenizer:
+    with Tokenizer(60, command=fake(script)) as tokenizer:
         with pytest.raises(ToolchainError, match=words) as caught:
             tokenizer.compile(LED)
         assert "\n" not in str(caught.value)

@@ -164,12 +164,12 @@ class Toy:
     def run(self, routine: str) -> None:
         pc, stack = self.targets[routine.upper()], [-1]
         for _ in range(100_000):
-            pc = self._step(pc, stack)
+            pc = self.step(pc, stack)
             if pc < 0:
                 return
         raise AssertionError(f"{routine} does not return")
 
-    def _step(self, pc: int, stack: list[int]) -> int:
+    def step(self, pc: int, stack: list[int]) -> int:
         line = self.lines[pc]
         word, _, rest = line.partition(" ")
         if word == "IF":
@@ -204,13 +204,13 @@ class Toy:
             self.set(name, self.value(items.split(", ")[self.value(index)]))
         elif word == "PULSOUT":
             pin, width = rest.split(", ")
-            self._pulse(pin, self.value(width))
+            self.pulse(pin, self.value(width))
         elif word in ("LOW", "HIGH", "INPUT", "PAUSE"):
             self.events.append(line)
         elif word == "SEROUT":
             self.sent += "".join(self._item(item) for item in _items(rest))
         elif word == "SERIN":
-            heard = self._receive(_items(rest))
+            heard = self.receive(_items(rest))
             return pc + 1 if heard else self.targets[rest.split(", ")[3].upper()]
         else:
             name, equals, expression = line.partition(" = ")
@@ -218,7 +218,7 @@ class Toy:
             self.set(name, self.value(expression))
         return pc + 1
 
-    def _pulse(self, pin: str, width: int) -> None:
+    def pulse(self, pin: str, width: int) -> None:
         if self.pins[pin.upper()] == 0 or not self.frames:
             self.frames.append({})
         self.frames[-1][pin] = width
@@ -238,7 +238,7 @@ class Toy:
             return f"{self.value(rest):0{digits}X}"[-digits:]
         return chr(self.value(item))
 
-    def _receive(self, items: list[str]) -> bool:
+    def receive(self, items: list[str]) -> bool:
         """Store what came; False for a time-out."""
         self.events.append("listens")
         if not self.inbox:

@@ -156,7 +156,7 @@ class Writer:
         return _part(word or f"r[{word_index}]", shift_bits, size)
 
     def kept(self, code: str, top: int) -> Text:
-        """Write the value into a name now, for the names in its code are used again; returns that."""
+        """Write a value into a name now, for names in its code are used again; returns that."""
         name = self.name("v")
         self.line(f"{name} = {code}")
         return Text(name, top)

@@ -237,6 +237,39 @@ def test_legal_pins_raise_no_alarm(tokenizer: Tokenizer, rest: str) -> None:
     assert tokenizer.compile(HEAD + rest + "\n").program_bytes > 0
 
 
+@pytest.mark.parametrize(
+    ("code", "place", "words"),
+    [
+        ("w VAR Word(2)\nDEBUG STR w\\3", "4:11", "STR w names a word, which .* the byte OUTH"),
+        ("DEBUGIN WAITSTR W2", "3:17", "WAITSTR W2 names .* DIRH"),
+        ("x VAR Byte\ny VAR Word\nz VAR y\nSERIN 1, 84, [x, str z\\4]", "6:22", "STR z"),
+        ('HIGH 1 : DEBUG "STR", CR, STR ? OUTS', "3:33", "STR OUTS names .* INH"),
+        ("w VAR Word\nDEBUG DEC 3,\n  STR w", "5:7", "STR w"),
+    ],
+)
+def test_a_string_of_words_is_refused(
+    tokenizer: Tokenizer, code: str, place: str, words: str
+) -> None:
+    """The tokenizer says so of nibbles and bits alone (136-Expected a byte variable)."""
+    with pytest.raises(SourceError, match=rf"^p:{place}: {words}") as caught:
+        tokenizer.compile(HEAD + code + "\n", "p")
+    assert (caught.value.line, caught.value.column) == tuple(map(int, place.split(":")))
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "b VAR Byte(3)\nw VAR Word\nDEBUG STR b\\w",
+        "w VAR Word\nh VAR w.HIGHBYTE\nDEBUG STR h, DEC w",
+        'w VAR Word\nDEBUG "STR w", CR \' STR w',
+        "#IF 0 #THEN\nw VAR Word\nDEBUG STR w\n#ENDIF\nDEBUG STR B0\\2",
+        "str1 VAR Word\nDEBUG DEC str1",
+    ],
+)
+def test_a_string_of_bytes_raises_no_alarm(tokenizer: Tokenizer, code: str) -> None:
+    assert tokenizer.compile(HEAD + code + "\n").program_bytes > 0
+
+
 # --- what else a source says -----------------------------------------------------------------
 
 

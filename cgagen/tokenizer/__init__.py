@@ -16,7 +16,7 @@ from cgagen.errors import ToolchainError
 from cgagen.stamp.chips import chip_of_target
 from cgagen.stamp.compiled import Compiled, SourceMap, Statement, VariableCounts
 from cgagen.stamp.image import Image
-from cgagen.tokenizer.refusal import refusal, refuse_wrong_pins
+from cgagen.tokenizer.refusal import refusal, refuse_word_strings, refuse_wrong_pins
 from cgagen.tokenizer.text import Lines, sendable
 from cgagen.tokenizer.worker import Worker, WorkerDiedError, WorkerStuckError
 
@@ -72,6 +72,7 @@ class Tokenizer(Closing):
             )
         compiled = _compiled(source, name, record)
         refuse_wrong_pins(compiled)
+        refuse_word_strings(compiled)
         return compiled
 
     def close(self) -> None:

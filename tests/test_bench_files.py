@@ -39,7 +39,7 @@ PING = CHIP + '[part.front]\nkind = "ping"\n[wire.w]\nends = ["main.P4", "front.
         (CHIP + "colour = 1", r"\[chip.main\] colour: no such key; known here: model"),
         (
             CHIP.replace("BS2", "BS2p") + '[[chip.main.also]]\nimage = "main.bin"',
-            r"\[chip.main\] image: main: give one image for each program slot",
+            r"\[chip.main\] also: main: give one image for each program slot",
         ),
         (HEAD + '[chip.main]\nsource = "a.bs2"', r"\[chip.main\] source: a.bs2 is no image"),
         (CHIP + "[chip.main.timing]\npulsin = 3", r"\[chip.main.timing\] pulsin: no such key; did"),
@@ -65,7 +65,14 @@ PING = CHIP + '[part.front]\nkind = "ping"\n[wire.w]\nends = ["main.P4", "front.
         ),
         (PING + '[fault.f]\nkind = "rust"', r"\[fault.f\] kind: 'rust' is not one of no_echo"),
         (PING + '[fault.f]\nkind = "no_echo"\npart = "left"', r"part: left is no sonar; the sona"),
-        (PING + '[fault.f]\nkind = "open"\nend = "main.P7"', "end: main.P7 is on no wire"),
+        (
+            PING + '[fault.f]\nkind = "open"\nend = "main.P7"',
+            "end: main.P7 is on no wire; put it on one, or name one of main.P4, front.signal$",
+        ),
+        (
+            PING + '[fault.f]\nkind = "open"\nend = "main.P4"\nfrom_ms = 5\nuntil_ms = 5',
+            "until_ms: 5 is not later than from_ms",
+        ),
         (PING + '[fault.f]\nkind = "short"\nwire = "x"\nlevel = 1', "wire: x is no wire; the wire"),
         (PING + '[fault.f]\nkind = "bridge"\nwires = ["w"]', "wires: .* is not a list of two wire"),
         (PING + '[fault.f]\nkind = "brown_out"\nchips = ["x"]', "chips: x is no chip; the chips"),

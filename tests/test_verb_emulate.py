@@ -105,8 +105,12 @@ def test_stop_is_an_end(emulate: Emulate) -> None:
 
 def test_until_end_goes_past_ten_seconds(emulate: Emulate, program: Program) -> None:
     path = program(BASIC + 'PAUSE 15000\nDEBUG "late"\n')
-    assert emulate(path)[1] == ""
+    code, out, err = emulate(path)
+    assert (code, out, err.count("\n")) == (0, "", 1)
+    assert "stopped after 10 s of the chip's time" in err
+    assert "--until-end" in err
     assert emulate(path, "--until-end") == (0, "late", "")
+    assert emulate(path, "--for", "10s") == (0, "", "")
 
 
 def test_what_nothing_can_bring_is_said(emulate: Emulate, program: Program) -> None:

@@ -62,7 +62,9 @@ def test_the_listing_of_a_stranger_stays(emulate: Emulate, tmp_path: Path) -> No
 
 def test_two_files_of_one_name(emulate: Emulate, program: Program, tmp_path: Path) -> None:
     one = tmp_path / "one"
-    assert emulate(PROGRAMS / "hello.bs2", "--vcd", one, "--trace", one)[0] == 2
+    for _ in range(2):
+        assert emulate(PROGRAMS / "hello.bs2", "--vcd", one, "--trace", one)[0] == 2
+        one.write_text("$timescale 1 ns $end\n")
     path = program(BASIC + "END\n")
     assert emulate(path, "--vcd", path, "--force")[0] == 2
     assert path.read_text() == BASIC + "END\n"
@@ -70,8 +72,9 @@ def test_two_files_of_one_name(emulate: Emulate, program: Program, tmp_path: Pat
 
 def test_a_folder_that_is_not_there(emulate: Emulate, tmp_path: Path) -> None:
     for option in ("--vcd", "--trace", "--coverage"):
-        code, _, err = emulate(PROGRAMS / "hello.bs2", option, tmp_path / "no" / "file")
-        assert (code, err.count("\n")) == (3, 1)
+        code, out, err = emulate(PROGRAMS / "hello.bs2", option, tmp_path / "no" / "file")
+        assert (code, out, err.count("\n")) == (3, "", 1)
+        assert "there is no folder" in err
 
 
 def test_text_streams_are_whole_or_not_there(tmp_path: Path) -> None:
@@ -102,6 +105,13 @@ def test_a_broken_program_is_located(emulate: Emulate, program: Program, tmp_pat
     assert trace.read_text().count("WRITE") > 3
 
 
+def test_an_image_that_goes_astray_names_its_chip_once(emulate: Emulate, tmp_path: Path) -> None:
+    image = tmp_path / "it.bin"
+    image.write_bytes(b"\xff" * 2048)
+    code, _, err = emulate(image, "--model", "BS2")
+    assert (code, err.count("\n"), err.count("main:")) == (3, 1, 1)
+
+
 def test_a_short_circuit_is_located(emulate: Emulate, program: Program) -> None:
     program(BASIC + "HIGH 1\nLOW 2\n")
     bench = program(
@@ -126,6 +136,7 @@ def test_a_short_circuit_is_located(emulate: Emulate, program: Program) -> None:
         ((PROGRAMS / "count.toml", "--model", "BS2"), 2),
         ((PROGRAMS / "hello.bs2", "--for", "soon"), 2),
         ((PROGRAMS / "hello.bs2", "--for", "-1s"), 2),
+        ((PROGRAMS / "hello.bs2", "--for", "0"), 2),
         ((PROGRAMS / "hello.bs2", "--for", "1s", "--until-end"), 2),
         ((PREDATOR / "main.bin", "--chip", "legs"), 3),
     ],
@@ -158,10 +169,11 @@ def test_durations_are_a_table_on_stderr(emulate: Emulate, program: Program) -> 
     code, out, err = emulate(source, "--durations")
     assert (code, out) == (0, "")
     rows = [line.split() for line in err.splitlines()]
+    assert emulate(source, "--durations", " , Walk , ")[2].splitlines() == err.splitlines()[:2]
     assert rows[0] == ["label", "slot", "reached", "times", "best_us", "mean_us", "worst_us"]
     assert [row[:4] for row in rows[1:]] == [
-        ["walk", "0", "GOSUB", "2"],
-        ["stand", "0", "GOSUB", "2"],
+        ["Walk", "0", "GOSUB", "2"],
+        ["Stand", "0", "GOSUB", "2"],
     ]
     assert 20_000 < float(rows[1][4]) == float(rows[1][6]) < 22_000
     code, _, err = emulate(source, "--durations", "stand")
@@ -175,5 +187,5 @@ def test_durations_in_json(emulate: Emulate, program: Program) -> None:
     code, out, err = emulate(program(ROUTINES), "--json", "--durations=Walk")
     assert (code, err) == (0, "")
     (row,) = json.loads(out)["durations"]
-    assert (row["label"], row["called"], row["times"], row["slot"]) == ("walk", True, 2, 0)
+    assert (row["label"], row["called"], row["times"], row["slot"]) == ("Walk", True, 2, 0)
     assert row["best_ns"] == row["mean_ns"] == row["worst_ns"] > 20_000_000

@@ -140,6 +140,11 @@ class Bench:
         """Return the name of the wire that an end is on; None for none."""
         return self._on.get(end)
 
+    @property
+    def connected(self) -> tuple[str, ...]:
+        """Names of all ends that are on wires."""
+        return tuple(self._on)
+
     def floats(self, end: str) -> None:
         """Remember a pin that was read while nobody drove it."""
         self.floated.append(end)

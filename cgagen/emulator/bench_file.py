@@ -160,7 +160,7 @@ def _put_chip(
             floated=lambda pin: bench.floats(f"{name}.P{pin}"),
         )
     except (BenchError, ImageError) as error:
-        raise table.error("image", str(error)) from error
+        raise table.error("also" if also else "image", str(error)) from error
     bench.add_chip(chip)
     chip.programs.update({image.slot: compiled for image, compiled in programs if compiled})
 

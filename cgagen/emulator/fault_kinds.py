@@ -23,6 +23,8 @@ def make_fault(bench: Bench, name: str, kind: str, table: BenchTable) -> Fault:
         BenchError: a setting that cannot be.
     """
     from_ns, until_ns = table.nanoseconds("from_ms") or 0, table.nanoseconds("until_ms")
+    if until_ns is not None and until_ns <= from_ns:
+        raise table.error("until_ms", f"{until_ns / 1e6:g} is not later than from_ms; swap them")
     return FAULTS[kind](bench, name, table, (from_ns, until_ns))
 
 
@@ -94,7 +96,8 @@ def _sonar(bench: Bench, table: BenchTable) -> Sonar:
 def _end(bench: Bench, table: BenchTable) -> Wire:
     name = table.text("end")
     if bench.wire_of(name) is None:
-        raise table.error("end", f"{name} is on no wire; name an end of one, such as main.P3")
+        known = ", ".join(bench.connected) or "none"
+        raise table.error("end", f"{name} is on no wire; put it on one, or name one of {known}")
     return bench.end(name)
 
 

@@ -13,7 +13,7 @@ _UNITS_NS = {"us": 1_000, "ms": 1_000_000, "s": 1_000_000_000, "min": 60_000_000
 
 
 class TimeType(click.ParamType[int]):
-    """A time of the chip: 2s, 500ms, 1.5s, 20us, 3min; nanoseconds as a number."""
+    """A time of the chip: 2s, 500ms, 1.5s, 20us, 3min; seconds where no unit is named."""
 
     name = "TIME"
 
@@ -22,9 +22,10 @@ class TimeType(click.ParamType[int]):
         if isinstance(value, int):
             return value
         found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)\s*(us|ms|s|min)?", str(value).strip())
-        if found is None:
+        time_ns = round(float(found[1]) * _UNITS_NS[found[2] or "s"]) if found else 0
+        if not time_ns:
             self.fail(f"{value!r} is no time; say for example 2s, 500ms or 3min", param, ctx)
-        return round(float(found[1]) * _UNITS_NS[found[2] or "s"])
+        return time_ns
 
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
@@ -56,7 +57,7 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
     metavar="[LABELS]",
     help="Say how long routines take: all, or A,B.  (behind FILE)",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON result instead of the text.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON result: text, pins, parts, faults.")
 @click.option("--realtime", is_flag=True, help="As fast as the chip; input is not held back.")
 @click.option("--echo", is_flag=True, help="Show input as the board's wiring echoes it.")
 @click.option("--expect-end", is_flag=True, help="Exit code 9 if there is no END or STOP.")
@@ -84,6 +85,7 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
         raise click.UsageError("Missing argument 'FILE'.")
     from cgagen.verbs.emulate_bench import chip_of, hold_pin, load_bench
     from cgagen.verbs.emulate_files import recorded, refuse_strangers
+    from cgagen.verbs.emulate_report import report
     from cgagen.verbs.emulate_run import EmulateRun
 
     outputs = (given["vcd"], given["trace"], given["coverage"])
@@ -94,10 +96,11 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
         raise click.UsageError(f"--coverage wants the source of {chip.name}; {file} has only bytes")
     run = EmulateRun(console, bench, chip, given["as_json"] or console.as_json)
     if given["durations"] is not None:
-        run.durations = chip.durations(*filter(None, given["durations"].split(",")))
+        labels = map(str.strip, given["durations"].split(","))
+        run.durations = chip.durations(*filter(None, labels))
     bench.on_floating = run.note_floating
     with recorded(bench, chip, *outputs):
         for word in given["pins"]:
             hold_pin(bench, chip, word)
         outcome = run.go(given)
-    return run.report(file, outcome, given["expect_end"])
+    return report(run, file, outcome, given)

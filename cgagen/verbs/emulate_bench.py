@@ -76,6 +76,8 @@ def hold_pin(bench: Bench, chip: Chip, word: str) -> None:
         raise click.UsageError(f"--pin {word}: say which pin has which level, for example 3=1")
     name = (bench.chip(owner) if dot else chip).name
     end, part = f"{name}.P{int(number)}", f"pin_{name}_P{int(number)}"
+    if part in bench.parts:
+        raise click.UsageError(f"--pin {word}: {end} is held already; name each pin once")
     bench.connect(bench.wire_of(end) or part, end, f"{part}.output")
     wire = bench.end(f"{part}.output")
     bench.add_part(Signal(part, bench.clock, wire, int(level), strength=Strength.RESISTOR))

@@ -9,8 +9,8 @@ import click
 from cgagen.emulator.bench import Bench, chip_ends
 from cgagen.emulator.chip import Chip, Coverage
 from cgagen.emulator.coverage_report import LISTING_TITLE, cover_source, coverage_listing, lcov
-from cgagen.emulator.trace import HEADER, line_at, trace
-from cgagen.emulator.vcd import Waveform, waveform_file
+from cgagen.emulator.recording import record_bench
+from cgagen.emulator.trace import HEADER, trace
 from cgagen.errors import FolderError
 from cgagen.files import text_stream, write_text
 from cgagen.stamp.image import Image
@@ -37,13 +37,8 @@ def recorded(
     counted = chip.cover() if coverage is not None else None
     with ExitStack() as stack:
         if vcd is not None:
-            wires = dict(bench.wires)
-            for name in bench.chips:
-                wires |= {end: bench.end(end) for end in chip_ends(name)}
-            lines = [f"{name}.line" for name in bench.chips if name in bench.programs]
-            waveform = stack.enter_context(waveform_file(vcd, bench.clock, wires, lines))
-            for name in bench.programs:
-                _follow_lines(bench, bench.chips[name], waveform)
+            ends = [end for name in bench.chips for end in chip_ends(name)]
+            stack.enter_context(record_bench(vcd, bench, [*bench.wires, *ends]))
         if trace_file is not None:
             file = stack.enter_context(text_stream(trace_file))
             stack.callback(
@@ -73,35 +68,25 @@ def refuse_strangers(
     """Refuse to write over a file that is none of these, or two of them to one place.
 
     Raises:
-        FolderError: it is there, and is something else.
+        FolderError: it is there, and is something else; or its folder is not there.
         UsageError: two files have one name.
     """
-    targets = {vcd: "$", trace_file: HEADER, coverage: "TN:"}
-    if coverage is not None:
-        targets[listing_path(coverage)] = LISTING_TITLE
-    wanted = [path for path in (vcd, trace_file, coverage) if path is not None]
+    listing = None if coverage is None else listing_path(coverage)
+    titles = ((vcd, "$"), (trace_file, HEADER), (coverage, "TN:"), (listing, LISTING_TITLE))
+    targets = [(path, title) for path, title in titles if path is not None]
     taken = {source.resolve()}
-    for path in [*wanted, *([listing_path(coverage)] if coverage else [])]:
+    for path, _ in targets:
         if path.resolve() in taken:
             raise click.UsageError(f"{path} is named twice; choose another name")
         taken.add(path.resolve())
-        if not force and path.exists() and not _starts_with(path, targets[path]):
+    for path, title in targets:
+        if not path.parent.is_dir():
+            raise FolderError(f"{path}: there is no folder {path.parent}; make it, or name another")
+        if not force and path.exists() and not _starts_with(path, title):
             raise FolderError(
                 f"{path}: is there and is nothing that emulate has written; "
                 "choose another name, or overwrite it with --force"
             )
-
-
-def _follow_lines(bench: Bench, chip: Chip, waveform: Waveform) -> None:
-    programs, last = bench.programs[chip.name], [0]
-
-    def follow(chip: Chip) -> None:
-        line = line_at(programs, chip.slot, chip.pc) or 0
-        if line != last[0]:
-            last[0] = line
-            waveform.set(f"{chip.name}.line", line)
-
-    chip.on_instruction(follow)
 
 
 def _images(bench: Bench, chip: Chip) -> dict[int, Image]:

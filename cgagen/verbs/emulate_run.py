@@ -1,10 +1,10 @@
-"""One call of `cgagen emulate`: what is printed while a bench runs, and what is said at its end."""
+"""One call of `cgagen emulate`: what is printed while a bench runs."""
 
+import re
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import click
@@ -13,20 +13,17 @@ from cgagen.emulator.bench import Bench
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import NEVER_NS
 from cgagen.emulator.conversation import Conversation
-from cgagen.emulator.durations import Durations, durations_text
-from cgagen.emulator.pins import SIN
+from cgagen.emulator.durations import Durations
 from cgagen.emulator.screen import CR, Screen
-from cgagen.emulator.session import Outcome, Why, run_session
+from cgagen.emulator.session import Outcome, run_session
 from cgagen.emulator.trace import line_at
 from cgagen.errors import BenchError, CgagenError, ExecutionError
 from cgagen.verbs.console import Console
+from cgagen.verbs.emulate_report import fault_notes
 from cgagen.verbs.keyboard import from_stdin, from_text
 
 DEFAULT_LIMIT_NS = 10_000_000_000
 """How long a program runs that does not end. Ref: choice."""
-
-NOT_ENDED = 9
-INTERRUPTED = 130
 
 
 @dataclass
@@ -41,6 +38,7 @@ class EmulateRun:
         sent: every byte that the chip sent, where one result is wanted.
         last: the last of them in any case.
         durations: of its routines, where they are wanted.
+        parts: names of those that the bench file has.
     """
 
     console: Console
@@ -52,6 +50,7 @@ class EmulateRun:
         self.sent = bytearray()
         self.last = CR
         self.durations: Durations | None = None
+        self.parts = tuple(self.bench.parts)
 
     def go(self, given: dict[str, Any]) -> Outcome | None:
         """Run the bench; None where the user stopped it."""
@@ -72,54 +71,34 @@ class EmulateRun:
         except KeyboardInterrupt:
             return None
         except (ExecutionError, BenchError) as error:
+            for note in fault_notes(self.bench):
+                self.console.note(f"note: {note}")
             raise self._located(error) from error
-
-    def report(self, file: Path, outcome: Outcome | None, expect_end: bool) -> int:
-        """Say how it ended; returns the exit code."""
-        now_ns = self.bench.clock.now_ns
-        waits = self._waits() if outcome is None or not outcome.ended else None
-        if self.as_json:
-            data = {
-                "file": str(file),
-                "chip": self.chip.name,
-                "model": self.chip.machine.model.name,
-                "ended": "INTERRUPTED" if outcome is None else str(outcome.why),
-                "time_ns": now_ns,
-                "instructions": self.chip.instructions,
-                "output": self.sent.decode("latin-1"),
-                "floating": self.bench.floated,
-                "waits": waits,
-            }
-            if self.durations is not None:
-                data["durations"] = [row._asdict() for row in self.durations.rows()]
-            Console(as_json=True).result(data, "")
-        elif sys.stdout.isatty() and self.last != CR:
-            click.echo()
-        if self.durations is not None and not self.as_json:
-            click.echo(durations_text(self.durations.rows()), err=True)
-        if waits:
-            self.console.note(f"note: {waits}")
-        if outcome is None:
-            click.echo(f"cgagen: stopped by Ctrl-C at {now_ns / 1e9:.3f} s", err=True)
-            return INTERRUPTED
-        if expect_end and not outcome.ended:
-            click.echo(
-                f"cgagen: {file}: no END or STOP in {now_ns / 1e9:g} s of the chip's time: "
-                f"{self._unended(outcome)}",
-                err=True,
-            )
-            return NOT_ENDED
-        return 0
 
     def note_floating(self, end: str) -> None:
         """Say that a pin was read that nothing drives."""
         owner, _, pin = end.partition(".")
-        where = self._where(self.bench.chips[owner])
         option = f"{pin[1:]}=1" if owner == self.chip.name else f"{end}=1"
-        self.console.note(
-            f"note: {where}: {pin} is read, and nothing is wired to it: it reads 0 "
-            f"(--pin {option} holds it high, a bench file wires it)"
-        )
+        wire = self.bench.wire_of(end)
+        if wire is None:
+            why = "nothing is wired to it"
+            cure = f"--pin {option} holds it high, a bench file wires it"
+        else:
+            why = f"nothing drives its wire {wire}"
+            cure = f"--pin {option} holds it high, pull in the bench file gives it a resistor"
+        self.end_line()
+        where = self.where(self.bench.chips[owner])
+        self.console.note(f"note: {where}: {pin} is read, and {why}: it reads 0 ({cure})")
+
+    def end_line(self) -> None:
+        """Begin a new line on a terminal that is in the middle of one."""
+        if not self.as_json and self.last != CR and sys.stdout.isatty():
+            self.last = CR
+            click.echo()
+
+    def where(self, chip: Chip) -> str:
+        """Return file and line of the instruction under way, or the chip's name."""
+        return self._line(chip) or chip.name
 
     def _seen(self) -> Callable[[int], None]:
         """Return what takes a byte that the chip sent."""
@@ -145,39 +124,19 @@ class EmulateRun:
     def _ask(self) -> None:
         self.console.note("\n(the program waits: type, then Enter; Ctrl-D for no more)")
 
-    def _where(self, chip: Chip) -> str:
-        """Return file and line of the instruction under way, or the chip's name."""
+    def _line(self, chip: Chip) -> str | None:
+        """Return file and line of the instruction under way, where its source is known."""
         programs = self.bench.programs.get(chip.name, {})
         line = line_at(programs, chip.slot, chip.pc)
-        return chip.name if line is None else f"{programs[chip.slot].name}:{line}"
-
-    def _unended(self, outcome: Outcome) -> str:
-        """Return why there was no end, and what to do."""
-        if outcome.why is Why.LOOP:
-            return f"it goes round in an empty loop at {self._where(self.chip)}; mend the program"
-        if outcome.why is Why.WAITS:
-            return "it waits for what does not come; wire it in a bench file, or give --input"
-        return "give it more with --for, or mend the program"
-
-    def _waits(self) -> str | None:
-        """Return what the chip waits for without end, as a sentence."""
-        waiting = self.chip.waiting
-        if waiting is None or not self.chip.waits_for_ever:
-            return None
-        if waiting.pin == SIN:
-            return f"{self._where(self.chip)}: the program waits for input that does not come"
-        return (
-            f"{self._where(self.chip)}: the program waits for P{waiting.pin} to become "
-            f"{waiting.level}"
-        )
+        return None if line is None else f"{programs[chip.slot].name}:{line}"
 
     def _located(self, error: CgagenError) -> CgagenError:
-        """Return an error with the line of the chip that it speaks of."""
+        """Return an error with the line of the chip that it speaks of first."""
         text = str(error)
-        for chip in self.bench.chips.values():
-            if text.startswith(f"{chip.name}:") or f"{chip.name}.P" in text:
-                return type(error)(f"{self._where(chip)}: {text}")
-        return error
+        spoken = {name: re.search(rf"\b{name}(:|\.P)", text) for name in self.bench.chips}
+        places = {found.start(): name for name, found in spoken.items() if found}
+        line = self._line(self.bench.chips[places[min(places)]]) if places else None
+        return error if line is None else type(error)(f"{line}: {text}")
 
 
 def _pace(bench: Bench, look: Callable[[], None]) -> Callable[[], None]:

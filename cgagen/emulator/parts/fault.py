@@ -5,6 +5,7 @@ how often it made a difference, so that a test that survives a fault knows that 
 """
 
 from collections.abc import Callable
+from typing import Any
 
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.part import Part
@@ -47,6 +48,10 @@ class Fault(Part):
                 self._begin()
             else:
                 self._end()
+
+    def told(self) -> dict[str, Any]:
+        """See `Part.told`."""
+        return {"fired": self.fired, "first_ns": self.first_ns}
 
     def _begin(self) -> None:
         """Do what the fault does when it comes."""

@@ -4,7 +4,7 @@ Left out: nothing; it does not load the wire. It keeps the newest `limit` edges.
 """
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.part import Part
@@ -54,6 +54,10 @@ class Probe(Part):
             for now, then in pairwise(self.edges)
             if now.level == level
         )
+
+    def told(self) -> dict[str, Any]:
+        """See `Part.told`."""
+        return {"edges": self.count}
 
     def _changed(self, level: int | None) -> None:
         self.count += 1

@@ -6,7 +6,7 @@ stay away.
 Left out: load, overshoot, dead band, current, and the way a servo sags when it is limp.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cgagen.emulator.clock import NEVER_NS, Clock
 from cgagen.emulator.parts.part import Part
@@ -124,6 +124,18 @@ class Servo(Part):
             self._longest_period_ns,
             self._limp,
         )
+
+    def told(self) -> dict[str, Any]:
+        """See `Part.told`."""
+        seen = self.pulses
+        return {
+            "angle_deg": round(self.angle_deg, 3),
+            "limp": self.limp,
+            "pulses": seen.taken,
+            "shortest_ns": seen.shortest_ns if seen.taken else None,
+            "longest_ns": seen.longest_ns if seen.taken else None,
+            "odd": seen.odd,
+        }
 
     def forget(self) -> None:
         """Begin the counts and extremes anew."""

@@ -4,7 +4,7 @@ Which way the sound goes, what it meets and how strong it comes back is not the 
 whoever owns the world says how long the echo is.
 """
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.part import Part
@@ -67,6 +67,10 @@ class Sonar(Part):
         """Say how long the next echo pulse is; it keeps within what the part can do."""
         wanted = self._longest_ns if echo_ns is None else echo_ns
         self._echo_ns = min(max(wanted, self._shortest_ns), self._longest_ns)
+
+    def told(self) -> dict[str, Any]:
+        """See `Part.told`."""
+        return {"triggers": self.triggers, "ignored": self.ignored}
 
     def _answer(self, delay_ns: int) -> Answer | None:
         """Return what comes of a trigger now."""

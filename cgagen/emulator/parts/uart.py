@@ -6,6 +6,7 @@ Left out: rise times, the tolerance of baud rates, and handshake lines other tha
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.part import Part
@@ -138,6 +139,11 @@ class Uart(Part):
         taken = bytes(self._received[:most])
         del self._received[:most]
         return taken
+
+    def told(self) -> dict[str, Any]:
+        """See `Part.told`."""
+        text = self._received.decode("latin-1")
+        return {"sent": self.sent, "received": text, "errors": self.errors}
 
     @property
     def unread(self) -> int:

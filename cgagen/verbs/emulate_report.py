@@ -1,0 +1,110 @@
+"""What `cgagen emulate` says when a run is over."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cgagen.emulator.bench import Bench
+from cgagen.emulator.durations import durations_text
+from cgagen.emulator.parts.fault import Fault
+from cgagen.emulator.pins import SIN
+from cgagen.emulator.session import Outcome, Why
+from cgagen.verbs.console import Console
+
+if TYPE_CHECKING:
+    from cgagen.verbs.emulate_run import EmulateRun
+
+NOT_ENDED = 9
+INTERRUPTED = 130
+
+
+def report(run: "EmulateRun", file: Path, outcome: Outcome | None, given: dict[str, Any]) -> int:
+    """Say how a run ended; returns the exit code.
+
+    Args:
+        run: that is over.
+        file: what ran.
+        outcome: how it ended; None where the user stopped it.
+        given: the options of the verb.
+    """
+    now_s = run.bench.clock.now_ns / 1e9
+    waits = _waits(run) if outcome is None or not outcome.ended else None
+    if run.as_json:
+        Console(as_json=True).result(_data(run, file, outcome, waits), "")
+    else:
+        run.end_line()
+        if run.durations is not None:
+            click.echo(durations_text(run.durations.rows()), err=True)
+    notes = [*fault_notes(run.bench), *([waits] if waits else [])]
+    if outcome is not None and outcome.why is Why.TIME and given["limit_ns"] is None:
+        notes.append(
+            f"stopped after {now_s:g} s of the chip's time: --for 1min runs longer, "
+            "--until-end goes on until END or STOP"
+        )
+    for note in notes:
+        run.console.note(f"note: {note}")
+    if outcome is None:
+        click.echo(f"cgagen: stopped by Ctrl-C at {now_s:.3f} s", err=True)
+        return INTERRUPTED
+    if given["expect_end"] and not outcome.ended:
+        click.echo(
+            f"cgagen: {file}: no END or STOP in {now_s:g} s of the chip's time: "
+            f"{_unended(run, outcome)}",
+            err=True,
+        )
+        return NOT_ENDED
+    return 0
+
+
+def _data(
+    run: "EmulateRun", file: Path, outcome: Outcome | None, waits: str | None
+) -> dict[str, Any]:
+    """Return the one result of `--json`."""
+    parts = {name: run.bench.parts[name].told() for name in run.parts}
+    data: dict[str, Any] = {
+        "file": str(file),
+        "chip": run.chip.name,
+        "model": run.chip.machine.model.name,
+        "ended": "INTERRUPTED" if outcome is None else str(outcome.why),
+        "time_ns": run.bench.clock.now_ns,
+        "instructions": run.chip.instructions,
+        "output": run.sent.decode("latin-1"),
+        "floating": run.bench.floated,
+        "waits": waits,
+        "parts": {name: told for name, told in parts.items() if told},
+    }
+    if run.durations is not None:
+        data["durations"] = [row._asdict() for row in run.durations.rows()]
+    return data
+
+
+def fault_notes(bench: Bench) -> list[str]:
+    """Return which faults of a bench have made a difference."""
+    notes = []
+    for name, fault in bench.parts_of(Fault).items():
+        if fault.first_ns is None:
+            notes.append(f"fault {name}: made no difference in this run")
+        else:
+            times = "once" if fault.fired == 1 else f"{fault.fired} times, first"
+            notes.append(f"fault {name}: made a difference {times} at {fault.first_ns / 1e9:.6f} s")
+    return notes
+
+
+def _waits(run: "EmulateRun") -> str | None:
+    """Return what the chip waits for without end, as a sentence."""
+    waiting = run.chip.waiting
+    if waiting is None or not run.chip.waits_for_ever:
+        return None
+    if waiting.pin == SIN:
+        return f"{run.where(run.chip)}: the program waits for input that does not come"
+    return f"{run.where(run.chip)}: the program waits for P{waiting.pin} to become {waiting.level}"
+
+
+def _unended(run: "EmulateRun", outcome: Outcome) -> str:
+    """Return why there was no end, and what to do."""
+    if outcome.why is Why.LOOP:
+        return f"it goes round in an empty loop at {run.where(run.chip)}; mend the program"
+    if outcome.why is Why.WAITS:
+        return "it waits for what does not come; wire it in a bench file, or give --input"
+    return "give it more with --for, or mend the program"

@@ -1,6 +1,8 @@
 """Traces replayed and recorded: on every target, with faults planted, from a robot at work."""
 
 import dataclasses
+from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -283,20 +285,23 @@ def test_a_robot_that_says_nothing(predator: Subject, monkeypatch: pytest.Monkey
         record_telemetry(predator, "/dev/no-such-port", 1, 1.0)
 
 
-def test_what_was_heard_before_ctrl_c_is_kept(
-    predator: Subject, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(one: Listener, *_: object) -> None:
-        one.take(b"".join(said))
-        raise KeyboardInterrupt
+def test_what_was_heard_before_ctrl_c_is_kept(predator: Subject) -> None:
+    def pressed_after(lines: int) -> Callable[[], int]:
+        """A clock, which is asked once for each line, on which Ctrl-C comes."""
+        ticks = count()
 
-    said = [LINE.format(7).encode()]
-    monkeypatch.setattr(listening, "_listen", interrupted)
-    trace, _ = record_telemetry(predator, "loop://", 5, 60.0)
-    assert [one.command for one in trace.samples] == [3]
-    said.clear()
-    with pytest.raises(KeyboardInterrupt):
-        record_telemetry(predator, "loop://", 5, 60.0)
+        def now_ns() -> int:
+            if next(ticks) == lines:
+                raise KeyboardInterrupt
+            return 0
+
+        return now_ns
+
+    with BytePipe(hunting(predator)) as pipe:
+        trace, _ = record_telemetry(predator, pipe.url, 5, 500.0, pressed_after(2))
+        assert len(trace.samples) == 2
+        with pytest.raises(KeyboardInterrupt):
+            record_telemetry(predator, pipe.url, 5, 500.0, pressed_after(0))
 
 
 def test_the_origin_of_a_prey_names_no_genome() -> None:

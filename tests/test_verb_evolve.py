@@ -14,7 +14,7 @@ FEW = ["--generations", "25", "--population", "8"]
 
 @pytest.fixture(autouse=True)
 def toy(monkeypatch, tmp_path):
-    monkeypatch.setattr(evolve, "_make_world", lambda record, threads: ToyWorld())
+    monkeypatch.setattr("sim.model.World", lambda *parts, **options: ToyWorld())
     monkeypatch.setattr(evolve, "note_compiling", lambda note: None)
     monkeypatch.chdir(tmp_path)
 

@@ -1,25 +1,22 @@
 """What `cgagen emulate` says when a run is over."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from cgagen.emulator.bench import Bench
 from cgagen.emulator.durations import durations_text
-from cgagen.emulator.parts.fault import Fault
+from cgagen.emulator.parts.fault import Fault, fault_notes
 from cgagen.emulator.pins import SIN
 from cgagen.emulator.session import Outcome, Why
 from cgagen.verbs.console import Console
-
-if TYPE_CHECKING:
-    from cgagen.verbs.emulate_run import EmulateRun
+from cgagen.verbs.emulate_run import EmulateRun
 
 NOT_ENDED = 9
 INTERRUPTED = 130
 
 
-def report(run: "EmulateRun", file: Path, outcome: Outcome | None, given: dict[str, Any]) -> int:
+def report(run: EmulateRun, file: Path, outcome: Outcome | None, given: dict[str, Any]) -> int:
     """Say how a run ended; returns the exit code.
 
     Args:
@@ -36,7 +33,7 @@ def report(run: "EmulateRun", file: Path, outcome: Outcome | None, given: dict[s
         run.end_line()
         if run.durations is not None:
             click.echo(durations_text(run.durations.rows()), err=True)
-    notes = [*fault_notes(run.bench), *([waits] if waits else [])]
+    notes = [*fault_notes(run.bench.parts_of(Fault)), *([waits] if waits else [])]
     if outcome is not None and outcome.why is Why.TIME and given["limit_ns"] is None:
         notes.append(
             f"stopped after {now_s:g} s of the chip's time: --for 1min runs longer, "
@@ -58,7 +55,7 @@ def report(run: "EmulateRun", file: Path, outcome: Outcome | None, given: dict[s
 
 
 def _data(
-    run: "EmulateRun", file: Path, outcome: Outcome | None, waits: str | None
+    run: EmulateRun, file: Path, outcome: Outcome | None, waits: str | None
 ) -> dict[str, Any]:
     """Return the one result of `--json`."""
     parts = {name: run.bench.parts[name].told() for name in run.parts}
@@ -79,19 +76,7 @@ def _data(
     return data
 
 
-def fault_notes(bench: Bench) -> list[str]:
-    """Return which faults of a bench have made a difference."""
-    notes = []
-    for name, fault in bench.parts_of(Fault).items():
-        if fault.first_ns is None:
-            notes.append(f"fault {name}: made no difference in this run")
-        else:
-            times = "once" if fault.fired == 1 else f"{fault.fired} times, first"
-            notes.append(f"fault {name}: made a difference {times} at {fault.first_ns / 1e9:.6f} s")
-    return notes
-
-
-def _waits(run: "EmulateRun") -> str | None:
+def _waits(run: EmulateRun) -> str | None:
     """Return what the chip waits for without end, as a sentence."""
     waiting = run.chip.waiting
     if waiting is None or not run.chip.waits_for_ever:
@@ -101,7 +86,7 @@ def _waits(run: "EmulateRun") -> str | None:
     return f"{run.where(run.chip)}: the program waits for P{waiting.pin} to become {waiting.level}"
 
 
-def _unended(run: "EmulateRun", outcome: Outcome) -> str:
+def _unended(run: EmulateRun, outcome: Outcome) -> str:
     """Return why there was no end, and what to do."""
     if outcome.why is Why.LOOP:
         return f"it goes round in an empty loop at {run.where(run.chip)}; mend the program"

@@ -14,12 +14,12 @@ from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import NEVER_NS
 from cgagen.emulator.conversation import Conversation
 from cgagen.emulator.durations import Durations
+from cgagen.emulator.parts.fault import Fault, fault_notes
 from cgagen.emulator.screen import CR, Screen
 from cgagen.emulator.session import Outcome, run_session
 from cgagen.emulator.trace import line_at
 from cgagen.errors import BenchError, CgagenError, ExecutionError
 from cgagen.verbs.console import Console
-from cgagen.verbs.emulate_report import fault_notes
 from cgagen.verbs.keyboard import from_stdin, from_text
 
 DEFAULT_LIMIT_NS = 10_000_000_000
@@ -71,7 +71,7 @@ class EmulateRun:
         except KeyboardInterrupt:
             return None
         except (ExecutionError, BenchError) as error:
-            for note in fault_notes(self.bench):
+            for note in fault_notes(self.bench.parts_of(Fault)):
                 self.console.note(f"note: {note}")
             raise self._located(error) from error
 

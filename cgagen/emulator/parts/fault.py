@@ -4,7 +4,7 @@ A fault is a part. It is on from the beginning, from a time on, or when it is sw
 how often it made a difference, so that a test that survives a fault knows that there was one.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from cgagen.emulator.clock import Clock
@@ -93,3 +93,19 @@ class BrownOut(Fault):
 
     def _end(self) -> None:
         self._power(True)
+
+
+def fault_notes(faults: Mapping[str, Fault]) -> list[str]:
+    """Return a sentence for each: whether it has made a difference, how often, and since when.
+
+    >>> fault_notes({"silence": Fault("silence", Clock())})
+    ['fault silence: made no difference in this run']
+    """
+    notes = []
+    for name, fault in faults.items():
+        if fault.first_ns is None:
+            notes.append(f"fault {name}: made no difference in this run")
+        else:
+            times = "once" if fault.fired == 1 else f"{fault.fired} times, first"
+            notes.append(f"fault {name}: made a difference {times} at {fault.first_ns / 1e9:.6f} s")
+    return notes

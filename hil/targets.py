@@ -13,8 +13,8 @@ def make_target(url: str, subject: Subject) -> Target:
     """Return a target, not yet open.
 
     Args:
-        url: `simulator`, `emulator`, `serial:PORT` with a device or a URL of pyserial's,
-            `serial-reset:PORT` likewise, which resets it by DTR when it is opened, or
+        url: `simulator`, `emulator`, `serial:PORT` with a device, `id:SERIAL` or a URL of
+            pyserial's, `serial-reset:PORT` likewise, which is reset by DTR when it is opened, or
             `can:INTERFACE:CHANNEL` with python-can's words, as `hil.rig_url` has it.
         subject: what it is to try.
 

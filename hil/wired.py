@@ -20,11 +20,15 @@ SERIAL, SERIAL_RESET = "serial", "serial-reset"
 """How the name of such a target begins: left alone, or reset when it is opened."""
 
 
+class OtherChipError(IdentityError):
+    """The other controller is behind the port, whatever is in it: a wrong cable."""
+
+
 class WiredChip(Closing):
     """A controller on a port, with the subject's bytes in it.
 
     Args:
-        port: device path, or a URL of pyserial's.
+        port: a device, `id:SERIAL`, `auto`, or a URL of pyserial's.
         subject: what is to be in the chip.
         gaps: leave the pauses that a Stamp needs; a server of emulated chips leaves them itself.
         reset: pulse ATN by DTR when it is opened. Otherwise it has to listen: a Stamp does so for
@@ -83,12 +87,7 @@ class WiredChip(Closing):
         """Return what the banner in the EEPROM says, with the digest of all that is loaded."""
         image = self.subject.images[self.chip]
         eeprom = read_sent(self.hook, plan_of(image))
-        banner = banner_in(eeprom)
-        if banner is None:
-            raise IdentityError(
-                f"{self.hook.port}: no banner of cgagen's firmware in the chip; load the build "
-                "first"
-            )
+        banner = banner_in(eeprom) or self.hook.banner()  # another program's lies elsewhere
         self._compare(banner)
         digest = Image(image.model, eeprom).digest
         return Identity(banner.robot, banner.genome, {self.chip: digest}, self.hook.nonce)
@@ -114,7 +113,7 @@ class WiredChip(Closing):
     def _compare(self, banner: Banner) -> None:
         port, subject = self.hook.port, self.subject
         if banner.chip != self.chip:
-            raise IdentityError(
+            raise OtherChipError(
                 f"{port}: the {banner.chip} controller is behind it, not the {self.chip} "
                 "controller; give the other port"
             )

@@ -3,6 +3,8 @@
 import errno
 import os
 import pty
+import tempfile
+import termios
 import time
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from serial.tools.list_ports_common import ListPortInfo
 
 from cgagen.errors import RigError
 from cgagen.link import why
-from cgagen.link.port import PortLock, open_port
+from cgagen.link.port import PortLock, open_port, reset_by_dtr
 from cgagen.link.ports import PortInfo, all_ports, choose_port
 from cgagen.link.prompted import PromptedPort
 
@@ -110,6 +112,53 @@ def test_two_sessions_on_one_port(tmp_path: Path) -> None:
     first.release()
     second.take()
     second.release()
+
+
+def test_a_lock_may_be_another_users(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who comes first on a shared machine makes the file; others can read it, and no more."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    before = os.umask(0o077)
+    try:
+        first, second = PortLock("/dev/port-of-a-test"), PortLock("/dev/port-of-a-test")
+        first.take()
+    finally:
+        os.umask(before)
+    [file] = tmp_path.iterdir()
+    assert file.stat().st_mode & 0o777 == 0o644
+    first.release()
+    file.chmod(0o444)
+    opened: list[int] = []
+    real = os.open
+    monkeypatch.setattr(
+        os, "open", lambda path, flags, *mode: opened.append(flags) or real(path, flags, *mode)
+    )
+    second.take()
+    second.release()
+    assert opened == [os.O_RDONLY]
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(errno.ENOTTY, "no such line"), "has no DTR to reset the Stamp with"),
+        (OSError(errno.EOPNOTSUPP, "no such line"), "has no DTR to reset the Stamp with"),
+        (OSError(errno.EIO, "gone"), "lost .* while resetting; look at the cable"),
+        (termios.error(errno.EIO, "gone"), "lost .* while resetting; look at the cable"),
+        (serial.SerialException("reader thread died"), "lost .* while resetting"),
+    ],
+)
+def test_a_reset_tells_a_missing_line_from_a_lost_port(error: Exception, words: str) -> None:
+    class Failing(serial.SerialBase):
+        def reset_input_buffer(self) -> None:
+            raise error
+
+    with pytest.raises(RigError, match=words):
+        reset_by_dtr("/dev/x", Failing())
+
+
+def test_a_plain_socket_is_not_reset_in_silence() -> None:
+    with pytest.raises(RigError, match=r"carries no DTR .*\?control=HOST:PORT"):
+        reset_by_dtr("socket://127.0.0.1:1", serial.SerialBase())
 
 
 def test_a_port_that_another_program_has_open() -> None:

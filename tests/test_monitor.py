@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from cgagen.bench_protocol import Fault
 from cgagen.cli import main
 from cgagen.errors import RigError
+from cgagen.link import port as port_module
 from cgagen.monitor import Decoder, EchoFilter, Listener, listen
 from cgagen.monitor.decode import FAULTS
 from cgagen.robot import load_robot
@@ -232,7 +233,24 @@ def test_an_emulated_robot_in_its_own_time(capfd: pytest.CaptureFixture[str]) ->
     assert 1 <= out.count("state 0, WAIT") <= 4  # a gait cycle takes a second, and no less
 
 
-def test_nobody_there(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["monitor", "--port", "/dev/no-such-port", "--for", "1s"]) == 7
+def test_ctrl_c_while_it_is_reset(
+    prey_url: "Callable[[], BytePipe]", capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with prey_url() as pipe, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(port_module, "reset_by_dtr", stop)
+        assert main(["monitor", "--port", pipe.url, "--input", "", "--reset"]) == 0
+    assert ": 0 bytes in " in capsys.readouterr().err
+
+
+def test_nobody_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, old = tmp_path / "new.log", tmp_path / "old.log"
+    old.write_text("what was there", "utf-8")
+    words = ["monitor", "--port", "/dev/no-such-port", "--for", "1s", "--log"]
+    assert main([*words, str(log)]) == 7
     assert "cannot be opened" in capsys.readouterr().err
+    assert main([*words, str(old), "--force"]) == 7
+    assert (log.exists(), old.read_text("utf-8")) == (False, "what was there")
     assert main(["monitor", "--port", "socket://127.0.0.1:1", "--robot", "servobot-prey"]) == 2

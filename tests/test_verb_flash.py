@@ -200,6 +200,79 @@ def test_emulated_ports_need_nothing_at_all(
     assert "hello: BS2 on rfc2217://" in capsys.readouterr().out
 
 
+def test_a_source_of_several_slots(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The one that runs first goes in last, and finds the others there."""
+    (tmp_path / "one.bsp").write_text("' {$STAMP BS2p, two.bsp}\nRUN 1\n", "utf-8")
+    (tmp_path / "two.bsp").write_text('\' {$STAMP BS2p}\nDEBUG "two"\nEND\n', "utf-8")
+    bench = bench_of_image(blank("BS2p"))
+    words = ["flash", str(tmp_path / "one.bsp")]
+    with serve(bench, "rfc2217:0") as server:
+        assert main([*words, "--port", server.url]) == 0
+    second, first = capsys.readouterr().out.splitlines()
+    assert second.startswith("two.bsp: BS2p24 on ")
+    assert "packets into slot 1, image" in second
+    assert second.endswith("; slot 0 was started by a reset")
+    assert first.startswith("one: ")
+    assert first.endswith("; it talks")
+    slots = bench.chip("main").machine.memory.slots
+    assert any(slots[0].frozen())
+    assert any(slots[1].frozen())
+    assert main([*words, "--slot", "1", "--dry-run"]) == 2
+    assert "leave --slot out" in capsys.readouterr().err
+    (tmp_path / "two.bsp").write_text("' {$STAMP BS2}\nEND\n", "utf-8")
+    assert main([*words, "--dry-run"]) == 3
+    assert "two.bsp: is for a BS2, not for a BS2p" in capsys.readouterr().err
+
+
+def test_what_went_in_before_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def flash(port: str, image: Image, **_: object) -> FlashReport:
+        if port == "a":
+            return FlashReport(port, Module(image.model, 24, "1.0"), 0, (127,), 1, "", True)
+        raise error
+
+    monkeypatch.setattr(flashing, "flash_image", flash)
+    image = blank("BS2")
+    for error, words in (
+        (RigError("b: lost; look at the cable"), "b: lost; look at the cable; legs went in before"),
+        (KeyboardInterrupt(), "b: stopped; legs went in before"),
+    ):
+        with pytest.raises(FlashError, match=words):
+            flashing.flash_in_turn({"legs": ("a", image), "head": ("b", image)})
+        with pytest.raises(type(error)):
+            flashing.flash_in_turn({"head": ("b", image), "legs": ("a", image)})
+
+
+def test_a_chip_that_does_not_answer_afterwards_has_its_program_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Exit code 7 would say that nothing was sent."""
+
+    def lost(*_: object) -> int:
+        raise RigError("x: lost; look at the cable")
+
+    monkeypatch.setattr(programmer_module, "read_back", lost)
+    with (
+        serve(bench_of_image(blank("BS2")), "rfc2217:0") as server,
+        pytest.raises(FlashError, match="x: lost; look at the cable; every packet had been ackn"),
+    ):
+        flash_image(server.url, read_image(PREDATOR, "locomotion"), verify=True)
+
+
+def test_ports_of_a_robot_by_their_serial_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = (PortInfo("/dev/a", 1, 2, "A1"), PortInfo("/dev/b", 1, 2, "B2"))
+    monkeypatch.setattr(ports_module, "all_ports", lambda: found)
+    models = {"/dev/a": "BS2p", "/dev/b": "BS2"}
+
+    def identify(name: str, likely: tuple[Chip, ...]) -> Module:
+        return Module(chip(models[name]), 24, "1.0")
+
+    named = {"main": "id:A1", "locomotion": "id:B2"}
+    images = checked_images(PREDATOR)
+    assert assign(images, named, None, identify) == {"main": "/dev/a", "locomotion": "/dev/b"}
+    with pytest.raises(RigError, match="/dev/a: cannot be both chips"):
+        assign(images, {"main": "id:A1", "locomotion": "/dev/a"}, None, identify)
+
+
 def test_a_port_that_is_taken_by_another_session() -> None:
     with serve(bench_of_image(blank("BS2")), "rfc2217:0") as server:
         with (
@@ -250,3 +323,8 @@ def test_a_dry_run_says_exactly_the_marked_blocks(capsys: pytest.CaptureFixture[
         marked = [number for number, word in enumerate(words) if word.startswith("+")]
         assert told[name]["blocks"] == marked
         assert all(sum(bytes.fromhex(packet)) % 256 == 0 for packet in told[name]["packets"])
+
+
+def test_a_name_that_is_misspelt(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["flash", "runs/demo/biuld"]) == 3
+    assert "biuld: cannot be read (No such file" in capsys.readouterr().err

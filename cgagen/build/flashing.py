@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from cgagen.build.checked import checked_images
-from cgagen.errors import CgagenError, RigError
+from cgagen.errors import CgagenError, FlashError, RigError
 from cgagen.flash import FlashReport, Module, Progress, flash_image, identify_port
-from cgagen.link.ports import all_ports
+from cgagen.link.ports import all_ports, choose_port
 from cgagen.stamp.chips import Chip
 from cgagen.stamp.image import Image
 
@@ -16,7 +16,7 @@ ORDER = ("locomotion", "main")
 Identify = Callable[[str, tuple[Chip, ...]], Module]
 
 Tell = Callable[[str, Progress], None]
-"""Told a chip's name and how far its download is."""
+"""Told an image's name and how far its download is."""
 
 
 def flash_build(
@@ -30,8 +30,8 @@ def flash_build(
 
     Args:
         folder: a build.
-        named: port by chip, "main" or "locomotion"; a chip that is not named is left alone.
-            Empty: the ports of this machine are asked.
+        named: port by chip, "main" or "locomotion", as `choose_port` has them; a chip that is
+            not named is left alone. Empty: the ports of this machine are asked.
         verify: read back what was sent; see `cgagen.flash`.
         progress: told of every packet.
 
@@ -42,11 +42,37 @@ def flash_build(
     """
     images = checked_images(folder)
     ports = assign(images, named or {})
-    reports = {}
-    for chip in ORDER:
-        if chip in ports:
-            tell = None if progress is None else _of(chip, progress)
-            reports[chip] = flash_image(ports[chip], images[chip], verify=verify, progress=tell)
+    jobs = {chip: (ports[chip], images[chip]) for chip in ORDER if chip in ports}
+    return flash_in_turn(jobs, verify=verify, progress=progress)
+
+
+def flash_in_turn(
+    jobs: Mapping[str, tuple[str, Image]], *, verify: bool = False, progress: Tell | None = None
+) -> dict[str, FlashReport]:
+    """Put several images, which belong together, into their chips or slots.
+
+    Args:
+        jobs: port and image, by name, in order.
+        verify: see `flash_build`.
+        progress: likewise.
+
+    Raises:
+        CgagenError: see `flash_image`; a FlashError where only some of them went in, and Ctrl-C
+            then, too.
+    """
+    reports: dict[str, FlashReport] = {}
+    for name, (port, image) in jobs.items():
+        tell = None if progress is None else _of(name, progress)
+        try:
+            reports[name] = flash_image(port, image, verify=verify, progress=tell)
+        except (CgagenError, KeyboardInterrupt) as error:
+            if not reports:
+                raise
+            why = str(error) or f"{port}: stopped"
+            raise FlashError(
+                f"{why}; {' and '.join(reports)} went in before, so what is in the chips does not "
+                "belong together: flash all of it again before it runs"
+            ) from error
     return reports
 
 
@@ -68,11 +94,12 @@ def assign(
         RigError: a named port has another model; or not exactly one port has a chip's.
     """
     if named:
-        if len(set(named.values())) < len(named):
-            raise RigError(f"{next(iter(named.values()))}: cannot be both chips; name two ports")
-        for chip, port in named.items():
+        chosen = {chip: choose_port(name) for chip, name in named.items()}
+        if len(set(chosen.values())) < len(chosen):
+            raise RigError(f"{next(iter(chosen.values()))}: cannot be both chips; name two ports")
+        for chip, port in chosen.items():
             _refuse_other(chip, images[chip], port, identify(port, (images[chip].model,)))
-        return dict(named)
+        return chosen
     names = candidates if candidates is not None else _usb_first()
     likely = tuple(image.model for image in images.values())
     seen: dict[str, str] = {}
@@ -113,5 +140,5 @@ def _refuse_other(chip: str, image: Image, port: str, module: Module) -> None:
         )
 
 
-def _of(chip: str, progress: Tell) -> Callable[[Progress], None]:
-    return lambda step: progress(chip, step)
+def _of(name: str, progress: Tell) -> Callable[[Progress], None]:
+    return lambda step: progress(name, step)

@@ -7,9 +7,14 @@ SENTENCES: dict[Symptom, str] = {
         "every byte comes back twice ({detail}), once from the Stamp's wiring and once from the "
         "adapter; switch the adapter's local echo off"
     ),
+    Symptom.NO_BREAK: (
+        "neither BREAK nor an answer of a loader comes back ({detail}); switch the Stamp on, "
+        "take an adapter that carries BREAK, and look at the wire from DTR to ATN"
+    ),
     Symptom.TALKING: (
         "something goes on talking through a reset ({detail}), so the reset does not reach the "
-        "Stamp; look at the wire from DTR to ATN, and at the adapter, which must have DTR"
+        "Stamp, or BREAK does not; look at the wire from DTR to ATN, and at the adapter, which "
+        "must have DTR and BREAK"
     ),
     Symptom.WRONG_ECHO: (
         "another echo comes back than was sent ({detail}): noise, framing errors, or a second "
@@ -20,8 +25,8 @@ SENTENCES: dict[Symptom, str] = {
         "at ground and cable"
     ),
     Symptom.WRONG_ANSWER: (
-        "an answer came that no Stamp gives ({detail}); look at ground and cable, or this is no "
-        "BASIC Stamp of a known model (the BS2px is none)"
+        "an answer came that no Stamp gives ({detail}); look at ground and cable and at the wire "
+        "from DTR to ATN, or this is no BASIC Stamp of a known model (the BS2px is none)"
     ),
     Symptom.NO_ANSWER: (
         "the echo comes back and no answer ({detail}): the wiring is right and the Stamp is "
@@ -57,6 +62,11 @@ HALF = "; the chip holds half a program now: flash it again before it runs"
 UNSTARTED = (
     "{port}: lost ({error}) when every packet had been acknowledged and before the program was "
     "started; reset the Stamp, and look at the cable"
+)
+
+UNREAD = (
+    "{error}; every packet had been acknowledged, and nothing of it could be read back: flash it "
+    "again, or leave --verify out"
 )
 
 

@@ -4,7 +4,15 @@ from collections import Counter
 from collections.abc import Iterable
 
 from cgagen.flash.modules import Calling, Module, callings_from, module_of
-from cgagen.flash.requests import Conversation, Enter, Hear, Symptom, TroubleError, exchange
+from cgagen.flash.requests import (
+    Conversation,
+    Enter,
+    Hear,
+    Heard,
+    Symptom,
+    TroubleError,
+    exchange,
+)
 from cgagen.stamp.chips import Chip, chip
 
 REPLY_MS = 200
@@ -18,6 +26,13 @@ ROUNDS = 2
 
 OURS = (chip("BS2"), chip("BS2p"))
 """What is called first where nothing is expected: the robots' own controllers. Choice."""
+
+BREAK_ECHO = 0x00
+"""What comes back of a BREAK, as of a byte without a stop bit. Choice: FIDELITY.md."""
+
+_WITHOUT_LOADER = (Symptom.STRAY, Symptom.WRONG_ANSWER, Symptom.NO_ANSWER)
+"""What is met, too, where no loader listens because BREAK did not get there. (Who talks all the
+time hides the echo of BREAK.)"""
 
 _MOST_TELLING = tuple(Symptom)
 
@@ -55,6 +70,15 @@ def call(calling: Calling) -> Conversation[Module]:
         TroubleError: it does not answer as it should.
     """
     heard = yield Enter()
+    try:
+        return (yield from _greet(calling, heard))
+    except TroubleError as trouble:
+        if BREAK_ECHO in heard.after or trouble.symptom not in _WITHOUT_LOADER:
+            raise
+        raise TroubleError(Symptom.NO_BREAK, str(trouble)) from trouble
+
+
+def _greet(calling: Calling, heard: Heard) -> Conversation[Module]:
     if heard.before:
         raise TroubleError(Symptom.TALKING, f"{heard.before[-8:].hex(' ')}h")
     for challenge, answer in calling.greeting:

@@ -1,6 +1,5 @@
 """The edge: a conversation's requests carried out on an open port, against a clock."""
 
-import termios
 import time
 from collections.abc import Callable
 from typing import Protocol, TypeVar
@@ -35,9 +34,6 @@ BYTE_S = 10 / 9600
 
 BABBLE_BYTES = 64
 """The most that is read before anything is said. Choice: a bound."""
-
-LOST = (OSError, ValueError, termios.error)
-"""What pyserial raises when a port goes away under it."""
 
 
 class Wire(Protocol):
@@ -105,7 +101,7 @@ class Line:
 
         Raises:
             TroubleError: the conversation cannot go on.
-            OSError: the port is lost; likewise all of `LOST`.
+            OSError: the port is lost; likewise all of `cgagen.link.why.LOST`.
         """
         try:
             request = next(conversation)
@@ -121,7 +117,7 @@ class Line:
         """Carry out one request."""
         match request:
             case Enter():
-                return Heard(before=self._enter())
+                return self._enter()
             case Restart():
                 self._pulse()
                 return Heard()
@@ -134,7 +130,7 @@ class Line:
                 return Heard(after=self._read(1, wait_ms / 1_000))
         return Heard()
 
-    def _enter(self) -> bytes:
+    def _enter(self) -> Heard:
         wire = self._wire
         try:
             wire.break_condition = True
@@ -142,12 +138,14 @@ class Line:
             self._clock.sleep(BREAK_MS / 1_000)
         finally:
             wire.break_condition = False
+        came = b""
         for _ in range(SETTLE_ROUNDS):
             self._clock.sleep(SETTLE_MS / 1_000 + self._latency_s / SETTLE_ROUNDS)
             noise = self._waiting()
+            came += noise
             if not noise:
                 break
-        return noise
+        return Heard(noise, came)
 
     def _pulse(self) -> None:
         try:

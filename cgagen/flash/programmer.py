@@ -1,22 +1,21 @@
 """From an image to a chip, over a port by its name: the whole way, lock to report."""
 
-import errno
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 
 from cgagen.errors import CgagenError, FlashError, RigError
-from cgagen.flash.diagnoses import HALF, UNSTARTED, sentence_of
+from cgagen.flash.diagnoses import HALF, UNREAD, UNSTARTED, sentence_of
 from cgagen.flash.download import Done, State, download
 from cgagen.flash.identify import OURS, identify
-from cgagen.flash.line import LOST, Clock, Line, WallClock
+from cgagen.flash.line import Clock, Line, WallClock
 from cgagen.flash.modules import Module
 from cgagen.flash.plan import Plan, plan_of
 from cgagen.flash.requests import Progress, Restart, TroubleError
 from cgagen.flash.verify import read_back, refuse_mute
 from cgagen.link.port import PortLock, close_port, open_port
-from cgagen.link.steered import SIGN, split_control
-from cgagen.link.why import busy, holders
+from cgagen.link.steered import SIGN, has_lines, split_control
+from cgagen.link.why import LINELESS, LOST, busy, holders
 from cgagen.stamp.chips import Chip
 from cgagen.stamp.image import Image
 
@@ -77,7 +76,12 @@ def flash_image(
         refuse_mute(image)
     with opened(port_name) as line:
         report = program(line, port_name, plan, progress)
-    return replace(report, verified=read_back(port_name, plan)) if verify else report
+    if not verify:
+        return report
+    try:
+        return replace(report, verified=read_back(port_name, plan))
+    except RigError as error:
+        raise FlashError(UNREAD.format(error=error)) from error
 
 
 def identify_port(port_name: str, likely: Iterable[Chip] = OURS) -> Module:
@@ -161,7 +165,7 @@ def opened(port_name: str, clock: Clock | None = None) -> Iterator[Line]:
     lock.take()
     try:
         base, control = split_control(port_name)
-        if base.startswith(("socket://", "loop://")) and not control:
+        if not has_lines(port_name):
             raise RigError(
                 f"{port_name}: carries neither BREAK nor DTR, so nothing can be reset for a "
                 f"download; use rfc2217://, which does, or say {SIGN}HOST:PORT behind it"
@@ -193,7 +197,7 @@ def _refuse_shared(port_name: str, device: str) -> None:
 
 
 def _lost(port_name: str, state: State, error: BaseException) -> CgagenError:
-    if getattr(error, "errno", None) in (errno.ENOTTY, errno.EINVAL) and not state.begun:
+    if getattr(error, "errno", None) in LINELESS and not state.begun:
         return RigError(
             f"{port_name}: has no DTR or no BREAK ({error}), so no Stamp can be reset for a "
             f"download; use an adapter that has both, or say {SIGN}HOST:PORT behind it"

@@ -64,7 +64,8 @@ class Heard(NamedTuple):
     Attributes:
         before: bytes that lay on the line before anything was said; after `Enter`, what went
             on coming although nobody had asked.
-        after: echo and answers, shorter than awaited where the time ran out.
+        after: echo and answers, shorter than awaited where the time ran out; after `Enter`, all
+            that came meanwhile, the echo of BREAK among it.
     """
 
     before: bytes = b""
@@ -80,6 +81,7 @@ class Symptom(Enum):
     """What is wrong on a line, most telling first."""
 
     DOUBLE_ECHO = "every byte comes back twice"
+    NO_BREAK = "neither BREAK nor an answer comes back"
     TALKING = "something talks although it was reset"
     WRONG_ECHO = "another byte comes back than was sent"
     STRAY = "bytes come that nobody asked for"

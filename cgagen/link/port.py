@@ -4,20 +4,19 @@ import fcntl
 import os
 import socket
 import tempfile
-import termios
 import time
 import warnings
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
 
 import serial
 
 from cgagen.bench_protocol import BAUD
 from cgagen.errors import RigError
 from cgagen.files import digest
-from cgagen.link.steered import SteeredPort, split_control
-from cgagen.link.why import why_closed
+from cgagen.link.steered import SIGN, SteeredPort, has_lines, split_control
+from cgagen.link.why import LINELESS, LOST, why_closed
 
 READ_S = 0.05
 """How long one read waits. Choice."""
@@ -45,7 +44,7 @@ class PortLock:
         name, _ = split_control(port)
         real = os.path.realpath(name) if "://" not in name else name
         self._path = Path(tempfile.gettempdir()) / f"cgagen-port-{digest(real)[:16]}.lock"
-        self._file: IO[bytes] | None = None
+        self._handle: int | None = None
 
     def take(self) -> None:
         """Take it.
@@ -54,26 +53,57 @@ class PortLock:
             RigError: another session has it.
         """
         try:
-            file = open(self._path, "a+b")  # held as long as the port
+            handle = _lock_file(self._path)
         except OSError as error:
             raise RigError(
                 f"{self._port}: its lock {self._path} cannot be opened ({error.strerror}); "
                 "remove that file, or ask whose it is"
             ) from error
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            file.close()
+            os.close(handle)
             raise RigError(
                 f"{self._port}: another session of cgagen has this port; wait for its end"
             ) from error
-        self._file = file
+        self._handle = handle
 
     def release(self) -> None:
         """Give it back. Harmless when repeated."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+
+
+def _lock_file(path: Path) -> int:
+    """Open a lock, by reading alone: it may be that of another user of this machine."""
+    with suppress(FileNotFoundError):
+        return os.open(path, os.O_RDONLY)
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_CREAT | os.O_EXCL, 0o644)
+    except FileExistsError:
+        return os.open(path, os.O_RDONLY)
+    os.fchmod(handle, 0o644)  # whatever this user's umask is
+    return handle
+
+
+@contextmanager
+def locked_port(name: str, baud: int = BAUD) -> Iterator[serial.SerialBase]:
+    """Lock and open a port, and close it whatever happens; see `open_port`.
+
+    Raises:
+        RigError: another session has it, or it cannot be opened.
+    """
+    lock = PortLock(name)
+    lock.take()
+    try:
+        port = open_port(name, baud)
+        try:
+            yield port
+        finally:
+            close_port(port)
+    finally:
+        lock.release()
 
 
 def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
@@ -99,7 +129,7 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
             # pyserial 3.5 starts the thread of rfc2217:// in a way that Python 3.10 deprecates.
             warnings.simplefilter("ignore", DeprecationWarning)
             port.open()
-    except (OSError, ValueError, serial.SerialException) as error:
+    except LOST as error:
         raise RigError(f"{base}: cannot be opened: {why_closed(base, error)}") from error
     return _steered(port, base, control) if control else port
 
@@ -119,15 +149,24 @@ def reset_by_dtr(name: str, port: serial.SerialBase) -> None:
     """Pulse ATN, which resets a Stamp; what was received before is forgotten.
 
     Raises:
-        RigError: this port has no DTR.
+        RigError: this port has no DTR, or is gone.
     """
+    if not has_lines(name):
+        raise RigError(
+            f"{name}: carries no DTR to reset the Stamp with; say {SIGN}HOST:PORT behind it, use "
+            "rfc2217://, or reset it by hand"
+        )
     try:
         port.reset_input_buffer()
         port.dtr = True
         time.sleep(ATN_S)
         port.dtr = False
-    except (OSError, serial.SerialException) as error:
-        raise RigError(f"{name}: has no DTR to reset the Stamp with; reset it by hand") from error
+    except LOST as error:
+        if getattr(error, "errno", None) in LINELESS:
+            raise RigError(
+                f"{name}: has no DTR to reset the Stamp with; reset it by hand"
+            ) from error
+        raise RigError(f"{name}: lost ({error}) while resetting; look at the cable") from error
 
 
 def close_port(port: serial.SerialBase) -> None:
@@ -140,7 +179,7 @@ def close_port(port: serial.SerialBase) -> None:
             forgotten.shutdown(socket.SHUT_RDWR)
     if reader is not None:
         reader.join(READER_S)
-    with suppress(OSError, ValueError, termios.error):
+    with suppress(*LOST):
         port.close()
     if forgotten is not None:
         forgotten.close()

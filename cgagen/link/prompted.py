@@ -10,6 +10,8 @@ from cgagen.bench_protocol import BAUD, END, PROMPT, PROMPT_GAP_MS
 from cgagen.closing import Closing
 from cgagen.errors import RigError, TargetTimeout
 from cgagen.link.port import PortLock, close_port, open_port
+from cgagen.link.ports import choose_port
+from cgagen.link.why import LOST
 
 LIFE_S = 1.0
 """A chip from which something came so short a time ago lives: it prompts every 50 ms. Choice."""
@@ -22,7 +24,7 @@ class PromptedPort(Closing):
     """A port whose chip says when it listens.
 
     Args:
-        port: device path, or a URL of pyserial's.
+        port: see `choose_port`; asked for only when it is opened.
         gaps: leave the pauses that a Stamp needs; a server of emulated chips leaves them itself.
 
     Attributes:
@@ -32,7 +34,7 @@ class PromptedPort(Closing):
     def __init__(self, port: str, gaps: bool = True) -> None:
         self.port = port
         self._gaps = gaps
-        self._lock = PortLock(port)
+        self._lock: PortLock | None = None
         self._serial: serial.SerialBase | None = None
         self._heard_s = -LIFE_S
 
@@ -42,7 +44,10 @@ class PromptedPort(Closing):
         Raises:
             RigError: no such port, or another session has it.
         """
-        self._lock.take()
+        self.port = choose_port(self.port)
+        lock = PortLock(self.port)
+        lock.take()
+        self._lock = lock
         try:
             self._serial = open_port(self.port)
         except BaseException:
@@ -54,7 +59,8 @@ class PromptedPort(Closing):
         if self._serial is not None:
             close_port(self._serial)
             self._serial = None
-        self._lock.release()
+        if self._lock is not None:
+            self._lock.release()
 
     def speak(self, request: str, deadline: float) -> None:
         """Wait for a prompt and send a request behind it."""
@@ -100,7 +106,7 @@ class PromptedPort(Closing):
                 if gap_ms:
                     port.flush()
                     time.sleep(10 / BAUD + gap_ms / 1_000)
-        except (OSError, serial.SerialException) as error:
+        except LOST as error:
             raise RigError(
                 f"{self.port}: lost while sending ({error}); look at the cable"
             ) from error
@@ -109,7 +115,7 @@ class PromptedPort(Closing):
         """Return the next character; "" when none came for a while."""
         try:
             data: bytes = self.opened().read(1)
-        except (OSError, TypeError, serial.SerialException) as error:
+        except LOST as error:
             raise RigError(f"{self.port}: lost ({error}); look at the cable") from error
         if data:
             self._heard_s = time.monotonic()
@@ -119,7 +125,7 @@ class PromptedPort(Closing):
         """Return whether characters have come that were not read."""
         try:
             count: int = self.opened().in_waiting
-        except (OSError, TypeError, serial.SerialException) as error:
+        except LOST as error:
             raise RigError(f"{self.port}: lost ({error}); look at the cable") from error
         return count
 

@@ -28,6 +28,16 @@ def split_control(name: str) -> tuple[str, str]:
     return base, control
 
 
+def has_lines(name: str) -> bool:
+    """Say whether a port of this name may have DTR and BREAK: a plain socket has neither.
+
+    >>> has_lines("socket://bench:4000"), has_lines("socket://bench:4000?control=bench:4001")
+    (False, True)
+    """
+    base, control = split_control(name)
+    return bool(control) or not base.startswith(("socket://", "loop://"))
+
+
 class SteeredPort:
     """A port of pyserial's with its lines elsewhere; everything else is the port's own.
 

@@ -4,9 +4,16 @@ import errno
 import grp
 import os
 import stat
+import termios
 from pathlib import Path
 
 PROCESSES = Path("/proc")
+
+LOST = (OSError, TypeError, ValueError, termios.error)
+"""What pyserial raises when a port goes away under it."""
+
+LINELESS = frozenset({errno.ENOTTY, errno.EINVAL, errno.EOPNOTSUPP})
+"""What a system says of a port that has no DTR, or no BREAK."""
 
 ABSENT = "it is not there; look at the cable, and at `cgagen ports`"
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from cgagen.errors import RigError
+from cgagen.link.why import LOST
 from cgagen.monitor.echo import EchoFilter
 
 Sink = Callable[[bytes], None]
@@ -75,7 +76,7 @@ class Listener:
                 self._port.write(typed)
             data = self._port.read(1)
             data += self._port.read(_waiting(self._port)) if data else b""
-        except (OSError, ValueError, TypeError) as error:  # pyserial raises all of them
+        except LOST as error:
             raise RigError(
                 f"{self._name}: the port is gone ({error}); plug it in and begin again"
             ) from error

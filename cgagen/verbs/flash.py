@@ -39,14 +39,14 @@ def flash_verb(console: Console, /, target: Path | None, **given: Any) -> None:
     r"""Program BASIC Stamps over their programming ports.
 
     A BUILD folder goes into both Stamps of its robot; each port is asked which module it has. An
-    IMAGE of a build goes into one Stamp, and so does a PBASIC SOURCE, which is compiled; a bare
-    IMAGE of 2,048 bytes needs --model and is sent whole. The Stamp is identified first, every
-    packet must be acknowledged, and the program is started at the end. What goes wrong on the
-    line is tried again, three times at most.
+    IMAGE of a build goes into one Stamp, and so does a PBASIC SOURCE, which is compiled, with the
+    files that its $STAMP line names for further slots; a bare IMAGE of 2,048 bytes needs --model
+    and is sent whole. The Stamp is identified first, every packet must be acknowledged, and the
+    program is started at the end. What goes wrong on the line is tried again, three times at most.
 
     --verify asks the firmware itself, after a reset, for every block that was sent: what the
     running program reads from its own EEPROM is then what was sent. It says nothing of blocks
-    that were not sent, and works with this project's firmware only.
+    that were not sent, and works with this project's firmware only, which lies in slot 0.
 
     \b
     Exit codes:
@@ -107,36 +107,33 @@ def _emulated_robot(folder: Path) -> AbstractContextManager[dict[str, str]]:
 
 
 def _flash_file(console: Console, file: Path, given: dict[str, Any]) -> None:
-    from cgagen.flash import flash_image
+    from cgagen.build.flashing import flash_in_turn
     from cgagen.link.ports import choose_port
-    from cgagen.verbs.flash_file import image_at
+    from cgagen.verbs.flash_file import images_at
 
     if given["main"] or given["locomotion"]:
         raise click.UsageError("--main and --locomotion are for a build; give --port")
-    image = image_at(file, given["model"], given["slot"])
+    images = images_at(file, given["model"], given["slot"])
     if given["dry_run"]:
-        _dry_run(console, {file.stem: image})
+        _dry_run(console, images)
         return
+    model = images[file.stem].model
 
     def answers(name: str) -> bool:
-        module = _module_at(console, name, image.model)
-        return module is not None and module.model == image.model
+        module = _module_at(console, name, model)
+        return module is not None and module.model == model
 
     with ExitStack() as stack:
         if given["port"] == EMULATED:
             from cgagen.verbs.emulated_port import emulated_chip
 
-            port = stack.enter_context(emulated_chip(image.model))
+            port = stack.enter_context(emulated_chip(model))
         else:
             port = choose_port(given["port"], answers)
         tell = stack.enter_context(watched(console))
-        report = flash_image(
-            port,
-            image,
-            verify=given["verify"],
-            progress=lambda step: tell(file.stem, step),
-        )
-    _report(console, {file.stem: report})
+        jobs = {name: (port, image) for name, image in images.items()}
+        reports = flash_in_turn(jobs, verify=given["verify"], progress=tell)
+    _report(console, reports)
 
 
 def _module_at(console: Console, port: str, *likely: "Chip") -> "Module | None":
@@ -189,14 +186,21 @@ def _report(console: Console, reports: "dict[str, FlashReport]") -> None:
 
 def _line(name: str, report: "FlashReport") -> str:
     again = f" at attempt {report.attempts}" if report.attempts > 1 else ""
-    seen = "it talks" if report.talks else "started by a reset, nothing heard of it yet"
+    slot = f" into slot {report.slot}" if report.slot else ""
     text = (
         f"{name}: {report.module.name} on {report.port} has taken all {len(report.blocks)} "
-        f"packets{again}, image {report.image_digest[:8]}; {seen}"
+        f"packets{slot}{again}, image {report.image_digest[:8]}; {_seen(report)}"
     )
     if report.verified is not None:
         text += f"; {report.verified} blocks read back by the program itself are equal"
     return text
+
+
+def _seen(report: "FlashReport") -> str:
+    """Return what was seen of the program that runs: after a reset that is the one in slot 0."""
+    if report.slot:
+        return "slot 0 runs and talks" if report.talks else "slot 0 was started by a reset"
+    return "it talks" if report.talks else "started by a reset, nothing heard of it yet"
 
 
 def module_data(module: "Module") -> dict[str, Any]:

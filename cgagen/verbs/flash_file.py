@@ -1,4 +1,4 @@
-"""The image that a file of the command line is: out of a build, a bare one, or from a source."""
+"""The images that a file of the command line is: out of a build, a bare one, or from a source."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +16,13 @@ from cgagen.tokenizer.files import read_source
 from cgagen.verbs.info_image import SOURCE_SUFFIXES
 
 
-def image_at(file: Path, model: str | None, slot: int) -> Image:
-    """Return the image in a file.
+def images_at(file: Path, model: str | None, slot: int) -> dict[str, Image]:
+    """Return the images in a file, by name; the one that runs first comes last.
 
     Args:
-        file: 2,048 bytes, or a PBASIC source.
+        file: 2,048 bytes, or a PBASIC source, whose $STAMP line may name the files of slots 1 to 7.
         model: the chip's name; needed where the file lies in no build.
-        slot: program slot of a bare image.
+        slot: program slot of a bare image, or of a source.
 
     Raises:
         ImageError: it is no image, or one for another model.
@@ -33,41 +33,56 @@ def image_at(file: Path, model: str | None, slot: int) -> Image:
     if file.suffix.lower() in SOURCE_SUFFIXES:
         return _compiled(file, model, slot)
     built = _built(file)
-    if built is not None:
-        _refuse_other(file, model, built)
-        if slot != built.slot:
-            raise ImageError(f"{file}: was built for slot {built.slot}; leave --slot out")
-        return built
+    if built is None:
+        return {file.stem: _bare(file, model, slot)}
+    _refuse_other(file, model, built)
+    if slot != built.slot:
+        raise ImageError(f"{file}: was built for slot {built.slot}; leave --slot out")
+    return {file.stem: built}
+
+
+def _bare(file: Path, model: str | None, slot: int) -> Image:
+    try:
+        with file.open("rb") as stream:
+            eeprom = stream.read(EEPROM_BYTES + 1)
+    except OSError as error:
+        raise ImageError(
+            f"{file}: cannot be read ({error.strerror or error}); name a build folder, a source, "
+            f"or an image of {EEPROM_BYTES:,} bytes"
+        ) from error
     if model is None:
         names = ", ".join(row.name for row in CHIPS)
         raise click.UsageError(
             f"{file} does not tell which chip it is for; add --model with one of {names}"
         )
     try:
-        with file.open("rb") as stream:
-            eeprom = stream.read(EEPROM_BYTES + 1)
         return Image(chip(model), eeprom, slot=slot)
-    except OSError as error:
-        raise ImageError(
-            f"{file}: cannot be read ({error.strerror or error}); name an image of "
-            f"{EEPROM_BYTES:,} bytes"
-        ) from error
     except ImageError as error:
         raise ImageError(f"{file}: {error}") from error
 
 
-def _compiled(file: Path, model: str | None, slot: int) -> Image:
+def _compiled(file: Path, model: str | None, slot: int) -> dict[str, Image]:
     with Tokenizer() as tokenizer:
-        image = tokenizer.compile(read_source(file), file.name).image
-    _refuse_other(file, model, image)
-    return replace(image, slot=slot)
+        first = tokenizer.compile(read_source(file), file.name)
+        _refuse_other(file, model, first.image)
+        images = {file.stem: replace(first.image, slot=slot)}
+        if first.project_files and slot:
+            raise click.UsageError(
+                f"{file}: its $STAMP line names the files of further slots; leave --slot out"
+            )
+        for number, name in enumerate(first.project_files, start=1):
+            other = file.parent / name
+            image = tokenizer.compile(read_source(other), name).image
+            _refuse_other(other, first.image.model.name, image)
+            images[name] = replace(image, slot=number)
+    return dict(reversed(images.items()))
 
 
 def _refuse_other(file: Path, model: str | None, image: Image) -> None:
     if model is not None and chip(model) != image.model:
         raise ImageError(
             f"{file}: is for a {image.model.name}, not for a {chip(model).name}; leave --model "
-            "out, or take the other file"
+            "out, or take another file"
         )
 
 

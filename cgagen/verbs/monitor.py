@@ -56,7 +56,7 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
 
 def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
     """Carry bytes between a port and the user."""
-    from cgagen.link.port import PortLock, close_port, open_port, reset_by_dtr
+    from cgagen.link.port import locked_port, reset_by_dtr
     from cgagen.monitor import Listener, listen
     from cgagen.verbs.keyboard import from_stdin, from_text
 
@@ -64,28 +64,21 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
     sinks = [_shown(console, given, lambda: time.monotonic() - began_s)]
     text = given["text"]
     more = from_stdin(True, lambda: None) if text in (None, "-") else from_text(text)
-    lock = PortLock(port)
-    lock.take()
-    try:
-        with _log(given["log"], given["force"]) as file:
-            sinks += [file.write] if file else []
-            wire = open_port(port, given["baud"])
-            try:
-                if given["reset"]:
-                    reset_by_dtr(port, wire)
-                listener = Listener(port, wire, sinks, console.note)
-                limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
-                listen(
-                    listener,
-                    lambda: more(False),
-                    lambda: limit_s is None or time.monotonic() - began_s < limit_s,
-                )
-            except KeyboardInterrupt:
-                console.note("")
-            finally:
-                close_port(wire)
-    finally:
-        lock.release()
+    # The log comes second: a port that does not open costs nobody an older log.
+    with locked_port(port, given["baud"]) as wire, _log(given["log"], given["force"]) as file:
+        sinks += [file.write] if file else []
+        listener = Listener(port, wire, sinks, console.note)
+        limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
+        try:
+            if given["reset"]:
+                reset_by_dtr(port, wire)
+            listen(
+                listener,
+                lambda: more(False),
+                lambda: limit_s is None or time.monotonic() - began_s < limit_s,
+            )
+        except KeyboardInterrupt:
+            console.note("")
     console.note(f"{port}: {listener.received} bytes in {time.monotonic() - began_s:.1f} s")
 
 

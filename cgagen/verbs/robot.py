@@ -175,22 +175,13 @@ def _command(movement: str, banner: "Banner", robot: str | None) -> int:
 @contextmanager
 def _port(name: str, reset: bool) -> "Iterator[tuple[str, Any]]":
     """Open a port under its lock."""
-    from cgagen.link.port import PortLock, close_port, open_port, reset_by_dtr
+    from cgagen.link.port import locked_port, reset_by_dtr
     from cgagen.verbs.emulated_port import named_port
 
-    with named_port(name, "main") as chosen:
-        lock = PortLock(chosen)
-        lock.take()
-        try:
-            wire = open_port(chosen)
-            try:
-                if reset:
-                    reset_by_dtr(chosen, wire)
-                yield chosen, wire
-            finally:
-                close_port(wire)
-        finally:
-            lock.release()
+    with named_port(name, "main") as chosen, locked_port(chosen) as wire:
+        if reset:
+            reset_by_dtr(chosen, wire)
+        yield chosen, wire
 
 
 def _refuse_unknown(sensor: str | None, names: tuple[str, ...]) -> None:

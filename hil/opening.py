@@ -4,7 +4,7 @@ from cgagen.errors import CgagenError, IdentityError, RigError, TargetTimeout
 from hil.subject import Subject
 from hil.target import Target
 from hil.targets import make_target
-from hil.wired import SERIAL, SERIAL_RESET
+from hil.wired import SERIAL, SERIAL_RESET, OtherChipError
 
 AUTO, ALWAYS, NEVER = "auto", "always", "never"
 
@@ -15,7 +15,8 @@ def open_target(url: str, subject: Subject, flash: str = NEVER, reruns: int = 0)
     Args:
         url: see `make_target`.
         subject: what it is to hold.
-        flash: for a chip on a port: `auto` loads it where it holds another image or none,
+        flash: for a chip on a port: `auto` loads it where it says that it holds another image,
+            and where it is silent as an erased one is, if it may be reset (`serial-reset:`);
             `always` in any case, `never` leaves it alone. What is emulated is given its image
             anyway.
         reruns: how often a sick bench is tried again.
@@ -24,20 +25,21 @@ def open_target(url: str, subject: Subject, flash: str = NEVER, reruns: int = 0)
         RigError: the target is sick, or cannot be loaded.
         CgagenError: see `cgagen.flash.flash_image`.
     """
-    serial = url.partition(":")[0] in (SERIAL, SERIAL_RESET)
+    kind = url.partition(":")[0]
+    serial = kind in (SERIAL, SERIAL_RESET)
     if flash == ALWAYS and serial:
         load_main(url, subject)
     try:
         return _opened(url, subject, reruns)
-    except TargetTimeout:
+    except (TargetTimeout, OtherChipError):
         raise
-    except RigError as error:
+    except IdentityError:
         if flash != AUTO or not serial:
             raise
-        if not isinstance(error, IdentityError) and not _loaded(url, subject):
+        load_main(url, subject)
+    except RigError:
+        if flash != AUTO or kind != SERIAL_RESET or not _loaded(url, subject):
             raise
-        if isinstance(error, IdentityError):
-            load_main(url, subject)
     return _opened(url, subject, reruns)
 
 

@@ -13,10 +13,13 @@ from hil import opening
 from hil.emulated import robot_bench
 from hil.equivalence import Verdict, compare
 from hil.opening import open_target
+from hil.pipe import BytePipe
 from hil.stimuli import every_state
 from hil.subject import Subject, read_subject
+from hil.targets import make_target
+from hil.wired import OtherChipError
 
-URL = "serial:/dev/somewhere"
+URL, RESET_URL = "serial:/dev/somewhere", "serial-reset:/dev/somewhere"
 
 
 class Bench:
@@ -68,7 +71,7 @@ def test_another_program_is_loaded_over_once(
     assert f"flash /dev/somewhere {subject.images['main'].digest[:8]}" in bench.done
     assert bench.done[-1] == "open"
     reset = Bench(IdentityError("another image"))
-    opened(monkeypatch, subject, reset, URL.replace("serial", "serial-reset"), "auto")
+    opened(monkeypatch, subject, reset, RESET_URL, "auto")
     assert f"flash /dev/somewhere {subject.images['main'].digest[:8]}" in reset.done
     stubborn = Bench(IdentityError("first"), IdentityError("again"))
     with pytest.raises(IdentityError, match="again"):
@@ -111,15 +114,34 @@ def test_a_sick_bench_is_tried_again_and_a_hanging_program_is_not(
     assert hangs.done.count("open") == 1
 
 
-def test_a_silent_chip_is_loaded_if_there_is_one(
+def test_a_silent_chip_is_loaded_if_there_is_one_that_may_be_reset(
     monkeypatch: pytest.MonkeyPatch, subject: Subject
 ) -> None:
+    """A robot at work is silent, too, and opening its port must not reset it."""
     bench = Bench(RigError("silent"))
-    assert opened(monkeypatch, subject, bench, URL, "auto") is bench
+    assert opened(monkeypatch, subject, bench, RESET_URL, "auto") is bench
     assert bench.flashes == 1
+    at_work = Bench(RigError("silent"))
+    with pytest.raises(RigError, match="silent"):
+        opened(monkeypatch, subject, at_work, URL, "auto")
+    assert at_work.flashes == 0
     monkeypatch.setattr(Bench, "flash", lambda *_: Bench(RigError("no Stamp")).open())
     with pytest.raises(RigError, match="silent"):
-        opened(monkeypatch, subject, Bench(RigError("silent")), URL, "auto")
+        opened(monkeypatch, subject, Bench(RigError("silent")), RESET_URL, "auto")
+
+
+def test_the_other_controller_is_never_loaded_over(
+    monkeypatch: pytest.MonkeyPatch, subject: Subject
+) -> None:
+    """On a robot with two chips of one model nothing else would stop it."""
+    bench = Bench(OtherChipError("the other one"))
+    with pytest.raises(OtherChipError):
+        opened(monkeypatch, subject, bench, RESET_URL, "auto")
+    assert bench.flashes == 0
+    with BytePipe(robot_bench(subject.robot, subject.images), "locomotion") as pipe:
+        target = make_target(f"serial:{pipe.url}", subject)
+        with pytest.raises(OtherChipError, match="give the other port"):
+            target.open()
 
 
 def test_an_erased_chip_on_a_port_is_loaded_and_decides(subject: Subject) -> None:
@@ -128,7 +150,7 @@ def test_an_erased_chip_on_a_port_is_loaded_and_decides(subject: Subject) -> Non
     erased = Image(image.model, bytes(EEPROM_BYTES), slot=image.slot)
     bench = robot_bench(subject.robot, {**subject.images, "main": erased})
     with serve(bench, "rfc2217:0") as server:
-        target = open_target(f"serial:{server.url}", subject, "auto")
+        target = open_target(f"serial-reset:{server.url}", subject, "auto")
         try:
             trial = compare(subject, target, list(every_state(subject.robot).values())[:2])
         finally:

@@ -247,7 +247,6 @@ MESSAGES: tuple[Message, ...] = (
 """All of them, by rising identifier."""
 
 BY_ID = {message.id: message for message in MESSAGES}
-BY_NAME = {message.name: message for message in MESSAGES}
 
 
 def pack(message: Message, values: Mapping[str, int]) -> bytes:

@@ -10,7 +10,6 @@ from click.testing import CliRunner
 
 from cgagen.tokenizer import compile_source
 from hil import covered
-from hil.equivalence import Verdict
 from hil.fate import (
     EQUIVALENT,
     NOT_COMPILED,
@@ -23,7 +22,7 @@ from hil.fate import (
 )
 from hil.judge_legs import judge_legs
 from hil.judge_main import judge_main
-from hil.kill import judge, main, proof_of, proven, subject_for
+from hil.kill import judge, main, proven, subject_for
 from hil.kills import matrix, record_of, record_text, summary
 from hil.main_wanted import wanted_of
 from hil.mutate import Mutant, all_mutants, choose
@@ -79,12 +78,6 @@ def sampled() -> list[Fate]:
         source = subject_for(role).sources[chip]
         fates += [judge(role, chip, one) for one in choose(all_mutants(source), SAMPLE[chip])]
     return fates
-
-
-def _alike(fate: Fate) -> bool:
-    """Whether a sample of the proof agrees; `make hil-mutants` has the whole of it."""
-    proof = proof_of(fate, sample=2_000)
-    return proof is not None and proof.verdict is Verdict.PASS
 
 
 def test_a_sample_of_the_mutants_is_killed(sampled: list[Fate]) -> None:

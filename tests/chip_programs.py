@@ -1,6 +1,5 @@
 """Chips for tests, from PBASIC text."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,8 +8,6 @@ from cgagen.emulator.clock import Clock
 from cgagen.tokenizer import Tokenizer
 
 SECOND_NS = 1_000_000_000
-
-Make = Callable[..., Chip]
 
 
 def chip_of(tokenizer: Tokenizer, *sources: str, model: str = "BS2", **options: Any) -> Chip:

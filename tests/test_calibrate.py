@@ -136,10 +136,6 @@ def test_sound_and_lamp(predator: Robot) -> None:
 # -- what is odd ----------------------------------------------------------------------------------
 
 
-def movement_row(robot: Robot, movement: Movement, turn_deg: float, along_in: float) -> str:
-    return f"{movement},1,{along_in},0,{turn_deg}\n"
-
-
 def test_a_robot_that_is_its_own_mirror_gives_no_warning(predator: Robot) -> None:
     assert from_text(predator, table_of(predator)).warnings == ()
 

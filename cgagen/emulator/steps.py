@@ -39,11 +39,6 @@ class Step:
     arguments: Arguments
     pulse: bool
 
-    @property
-    def pure(self) -> bool:
-        """Whether neither pins nor time of its own are in it."""
-        return self.action is not None and not self.on_pins
-
 
 def step_of(instruction: Instruction, timing: Timing, compile_after: int | None = None) -> Step:
     """Return an instruction with everything about it that never changes.

@@ -2,9 +2,6 @@
 
 from collections.abc import Iterable
 
-WIDTH = 100
-"""Characters of a line at most. Choice."""
-
 _NAME = 16
 _WORD = 8
 _VALUE = 24

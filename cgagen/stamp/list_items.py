@@ -10,10 +10,9 @@ from cgagen.stamp.bits import refused
 from cgagen.stamp.program import Item, constant_of
 from cgagen.stamp.wording import expression_text, operand_text, variable, write_text
 
-STRING = 0x000
-"""Added to the register's byte number: a string of as many bytes as the next value says."""
 STRING_TO_ZERO = 0x200
-"""Output: a string up to a zero byte. Input: a string up to a character, given first."""
+"""Added to the register's byte number: a string that goes up to a zero byte on output, and up to a
+character, given first, on input; without it, of as many bytes as the next value says."""
 REPEAT_OR_SKIP = 0x400
 WAIT_STRING = 0x800
 WAIT_STRING_LENGTH = 0xA00

@@ -15,7 +15,7 @@ _LENGTH_GIVEN = 0x200  # WAITSTR with a length
 _TO_ZERO = 0x200  # STR sent up to a zero byte
 _END_GIVEN = 0x200  # STR received up to an end character
 _REGISTER = 0x1F
-_REPEAT = _SKIP = 0x400
+_SKIP = 0x400
 _WAIT_STRING = 0x800
 _WAIT = 0xC00
 _SCRATCH = 0x1000

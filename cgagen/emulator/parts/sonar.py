@@ -51,11 +51,6 @@ class Sonar(Part):
         self._longest_ns = longest_ns
         self._echo_ns = longest_ns
 
-    @property
-    def echo_ns(self) -> int:
-        """Width of the next echo pulse."""
-        return self._echo_ns
-
     def see(self, distance_in: float | None, us_per_in: float = US_PER_IN) -> None:
         """Put a target at a distance, or take it away with None."""
         if distance_in is None:

@@ -126,6 +126,16 @@ def test_sources_are_compiled_before_the_emulator_sees_them(
     assert sorted(bench.programs["main"]) == [0, 2]
     assert bench.chip("main").eeprom(2) != bench.chip("main").eeprom(0)
 
+    named = source.replace("BS2p", "BS2p, b.bsp").replace("hello", "first")
+    (tmp_path / "a.bsp").write_text(named)
+    alone = parse_bench(HEAD + '[chip.main]\nsource = "a.bsp"\n', "b", tmp_path, compiled)  # type: ignore[arg-type]
+    assert {slot: one.name for slot, one in alone.programs["main"].items()} == {
+        0: "a.bsp",
+        1: "b.bsp",
+    }
+    assert sorted(parse_bench(text, "b", tmp_path, compiled).programs["main"]) == [0, 2]  # type: ignore[arg-type]
+    (tmp_path / "a.bsp").write_text(source)
+
     (tmp_path / "a.bin").write_bytes(bench.chip("main").eeprom(2))
     both = HEAD + '[chip.main]\nmodel = "BS2p"\nimage = "a.bin"\nsource = "a.bsp"\n'
     with pytest.raises(BenchError, match=r"\[chip.main\] source: compiles to other bytes"):

@@ -72,6 +72,13 @@ def test_json_has_what_parts_have_seen(emulate: Emulate, program: Program) -> No
     assert 100_000_000 < parts["silence"]["first_ns"] < 200_000_000
 
 
+def test_a_slot_without_a_program(emulate: Emulate, program: Program) -> None:
+    stamp = "' {$STAMP BS2p}\n' {$PBASIC 2.5}\n"
+    code, out, err = emulate(program(stamp + 'DEBUG "a"\nRUN 3\n', "it.bsp"))
+    assert (code, out) == (0, "a")
+    assert "slot 3 of main holds no program, and the chip has come to it" in err
+
+
 def test_a_pin_that_floats_on_a_wire(emulate: Emulate, program: Program) -> None:
     program(BASIC + "DEBUG BIN1 IN7\n")
     bench = (
@@ -79,7 +86,10 @@ def test_a_pin_that_floats_on_a_wire(emulate: Emulate, program: Program) -> None
     )
     code, out, err = emulate(program(bench, "it.toml"))
     assert (code, out) == (0, "0")
-    assert "it.bs2:3: P7 is read, and nothing drives its wire door: it reads 0 (--pin 7=1 " in err
+    assert (
+        "it.bs2:3: P7 on the wire door is read, and nothing drives it: it reads 0 (--pin 7=1 "
+        in err
+    )
     code, out, err = emulate(program(bench + '\npull = "up"\n', "it.toml"))
     assert (code, out, err) == (0, "1", "")
 

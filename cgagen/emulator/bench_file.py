@@ -25,7 +25,8 @@
     from_ms = 1000
 
 Every pin and every lead is on one wire at most. An image for another program slot is a
-`[[chip.main.also]]` with `image` or `source` and `slot`. `[chip.main.timing]` replaces durations
+`[[chip.main.also]]` with `image` or `source` and `slot`; without any, the further sources that the
+`$STAMP` line of a source names have slots 1 and up. `[chip.main.timing]` replaces durations
 of `cgagen.emulator.timing`.
 """
 
@@ -148,6 +149,8 @@ def _put_chip(
     model = table.text("model", MODELS) if table.offers("model") else None
     also = table.tables("also") if table.offers("also") else []
     programs = [_program(one, model, folder, compile_source) for one in (table, *also)]
+    if compile_source is not None and not (also or table.offers("image")):
+        programs += _further(table, folder, compile_source, *programs[0])
     images = [image for image, _ in programs]
     timing = _timing(table.table("timing"), images[0]) if table.offers("timing") else None
     table.done()
@@ -190,6 +193,17 @@ def _program(
     if compiled is not None and compiled.image.eeprom != image.eeprom:
         raise table.error("source", "compiles to other bytes than the image; build both again")
     return image, compiled
+
+
+def _further(
+    table: BenchTable, folder: Path, compile_source: Compile, image: Image, first: Compiled | None
+) -> list[tuple[Image, Compiled | None]]:
+    """Return the programs that the source in slot 0 names for those behind it."""
+    if first is None or image.slot:
+        return []
+    home = (folder / table.text("source")).parent
+    further = [compile_source(home / name) for name in first.project_files]
+    return [(replace(one.image, slot=slot), one) for slot, one in enumerate(further, 1)]
 
 
 def _image(table: BenchTable, model: str | None, folder: Path, slot: int) -> Image:

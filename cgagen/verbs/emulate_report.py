@@ -34,6 +34,11 @@ def report(run: EmulateRun, file: Path, outcome: Outcome | None, given: dict[str
         if run.durations is not None:
             click.echo(durations_text(run.durations.rows()), err=True)
     notes = [*fault_notes(run.bench.parts_of(Fault)), *([waits] if waits else [])]
+    if run.chip.ended is not None and not any(run.chip.eeprom(run.chip.slot)):
+        notes.append(
+            f"slot {run.chip.slot} of {run.chip.name} holds no program, and the chip has come to "
+            "it: name its source in the $STAMP line, or in the bench file"
+        )
     if outcome is not None and outcome.why is Why.TIME and given["limit_ns"] is None:
         notes.append(
             f"stopped after {now_s:g} s of the chip's time: --for 1min runs longer, "

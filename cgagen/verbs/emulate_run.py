@@ -81,14 +81,14 @@ class EmulateRun:
         option = f"{pin[1:]}=1" if owner == self.chip.name else f"{end}=1"
         wire = self.bench.wire_of(end)
         if wire is None:
-            why = "nothing is wired to it"
+            why = "is read, and nothing is wired to it"
             cure = f"--pin {option} holds it high, a bench file wires it"
         else:
-            why = f"nothing drives its wire {wire}"
+            why = f"on the wire {wire} is read, and nothing drives it"
             cure = f"--pin {option} holds it high, pull in the bench file gives it a resistor"
         self.end_line()
         where = self.where(self.bench.chips[owner])
-        self.console.note(f"note: {where}: {pin} is read, and {why}: it reads 0 ({cure})")
+        self.console.note(f"note: {where}: {pin} {why}: it reads 0 ({cure})")
 
     def end_line(self) -> None:
         """Begin a new line on a terminal that is in the middle of one."""

@@ -4,8 +4,6 @@ Times are in nanoseconds, and no date is in the file: equal runs give equal byte
 written as reals because sigrok's reader (libsigrok 0.5.2) gives up at a vector; measured.
 """
 
-import os
-import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,7 +13,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from cgagen.closing import Closing
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.wires import Wire
-from cgagen.errors import BenchError, StorageError
+from cgagen.errors import BenchError
+from cgagen.files import text_stream
 
 if TYPE_CHECKING:
     from vcd.writer import Variable
@@ -47,7 +46,6 @@ class Waveform(Closing):
     ) -> None:
         from vcd import VCDWriter
 
-        self._file = file
         self._clock = clock
         self._newest_ns = clock.now_ns
         self._ahead_ns = 0
@@ -104,10 +102,7 @@ class Waveform(Closing):
                 "ns; close the waveform before a restore, or rejoin it behind"
             )
         self._newest_ns = now_ns
-        try:
-            self._writer.change(variable, now_ns, value)
-        except OSError as error:
-            raise _storage_error(getattr(self._file, "name", "waveform"), error) from error
+        self._writer.change(variable, now_ns, value)
 
 
 class _Listener:
@@ -139,37 +134,8 @@ def waveform_file(
     Raises:
         StorageError: the disk is full, read-only or gone.
     """
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    except OSError as error:
-        raise _storage_error(path, error) from error
-    try:
-        with os.fdopen(handle, "w", encoding="ascii", newline="\n") as file:
-            try:
-                with Waveform(file, clock, wires, numbers) as waveform:
-                    yield waveform
-            finally:
-                _finish(file, temporary, path)
-    finally:
-        Path(temporary).unlink(missing_ok=True)
-
-
-def _finish(file: TextIO, temporary: str, path: Path) -> None:
-    """Give a file its name."""
-    try:
-        file.flush()
-        os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise _storage_error(path, error) from error
-
-
-def _storage_error(path: object, error: OSError) -> StorageError:
-    return StorageError(
-        f"{path}: cannot be written ({error.strerror or error}); "
-        "free some space or choose another folder"
-    )
+    with text_stream(path) as file, Waveform(file, clock, wires, numbers) as waveform:
+        yield waveform
 
 
 def _places(names: Sequence[str]) -> dict[str, tuple[str, str]]:

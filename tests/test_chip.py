@@ -156,6 +156,17 @@ def test_run_forgets_gosubs_unless_it_is_chosen_otherwise(tokenizer: Tokenizer) 
         assert (made.ended, made.slot, made.registers["W0"]) == (End.STOP, 1, left)
 
 
+@pytest.mark.parametrize(("slot", "runs"), [("1", 1), ("9", 1), ("15", 7), ("8", 0)])
+def test_run_past_the_last_slot_wraps(tokenizer: Tokenizer, slot: str, runs: int) -> None:
+    """Slot 7 is erased, and its zeros are an END."""
+    sources = ("b VAR Byte\nb = b + 1\nIF b = 2 THEN done\nRUN %s\ndone: STOP", "STOP")
+    made = chip_of(tokenizer, sources[0] % slot, sources[1], model="BS2pe")
+    made.run(SECOND_NS)
+    assert made.slot == runs
+    assert made.ended is (End.END if runs == 7 else End.STOP)
+    assert made.registers["B0"] == (2 if runs == 0 else 1)
+
+
 def test_the_scratch_pad_shows_the_slots(tokenizer: Tokenizer) -> None:
     source = (
         "b VAR Byte(3)\nSTORE 5\nGET 127, b(0)\nPUT 127, 1\nGET 127, b(1)\n"

@@ -285,6 +285,15 @@ def test_a_robot_that_says_nothing(predator: Subject, monkeypatch: pytest.Monkey
         record_telemetry(predator, "/dev/no-such-port", 1, 1.0)
 
 
+def test_why_nothing_was_heard(predator: Subject) -> None:
+    one = listener(predator)
+    assert "P: no telemetry in 8 s; switch the robot on" in one.why_nothing(8)
+    one.take(b">>*BUSY\r*NONSENSE\r")
+    assert "in 8 s (fault BUSY: the step line has been low for longer" in one.why_nothing(8)
+    one.take(b":0 FL1 FR2 L3 R4 RL5 RR6 AL1 AR1 S0 C1\r")
+    assert "1 lines of telemetry came and none is a servobot-predator's" in one.why_nothing(8)
+
+
 def test_what_was_heard_before_ctrl_c_is_kept(predator: Subject) -> None:
     def pressed_after(lines: int) -> Callable[[], int]:
         """A clock, which is asked once for each line, on which Ctrl-C comes."""

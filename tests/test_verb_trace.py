@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from cgagen.words import Role
 from hil.emulated import robot_bench
 from hil.pipe import BytePipe
 from hil.subject import read_subject
-from hil.traces import read_trace
+from hil.traces import listening, read_trace
 from hil.traces.shipped import EPISODES, FOLDER
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
@@ -100,6 +101,41 @@ def test_a_robot_at_work_is_listened_to(capsys: pytest.CaptureFixture[str]) -> N
         said = data(capsys, "record", GENOME, *words)
     assert (said["target"], said["decisions"]) == ("serial", 2)
     assert json.loads(Path("t.csv.json").read_text())["clock"] == "host"
+
+
+WORK = ":{} F23125 R23125 L23125 LL0 LR0 AL1 AR1 S0 C4\r"
+
+
+@pytest.mark.parametrize(
+    ("text", "readings"), [(WORK.format(7) + WORK.format(8), 2), (WORK.format(7)[:-9], 0)]
+)
+def test_a_robot_that_is_unplugged(
+    text: str, readings: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What it has said until then is not thrown away."""
+
+    class Unplugged(BytesIO):
+        in_waiting = 7
+
+        def read(self, size: int | None = -1) -> bytes:
+            data = super().read(size)
+            if not data:
+                raise OSError("unplugged")
+            return data
+
+    monkeypatch.setattr(listening, "locked_port", lambda _: Unplugged(text.encode()))
+    asked = ("--port", "/dev/x", "-o", "t.csv")
+    code, _, err = run(capsys, "trace", "record", GENOME, *asked)
+    assert (code, "/dev/x: lost (unplugged); look at the cable" in err) == (7, True)
+    assert ("; what was heard before is in t.csv" in err) == bool(readings)
+    lines = Path("t.csv").read_text().splitlines()[1:] if readings else []
+    assert len(lines) == readings
+    assert Path("t.csv").exists() == bool(readings)
+
+
+def test_an_emulated_robot_is_listened_to(capsys: pytest.CaptureFixture[str]) -> None:
+    port = f"emu:{FIRMWARE / 'predator'}"
+    assert data(capsys, "record", GENOME, "--port", port, "--readings", "1", "-o", "t.csv")
 
 
 def test_show_names_what_a_reading_means(capsys: pytest.CaptureFixture[str]) -> None:

@@ -106,6 +106,6 @@ def decisions(
                 fault = f" ({line.text})"
     raise RigError(
         f"{name}: no telemetry in {SILENCE_S:g} s{fault}; reset the main controller (--reset), "
-        "switch the locomotion controller off, and look whether the robot file says telemetry = "
-        "true"
+        "reset the locomotion controller or switch it off, and look whether the robot file says "
+        "telemetry = true"
     )

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 LEVELS = ("smoke", "boundary")
+LISTENED_HELP = "a device, id:SERIAL, a URL of pyserial's, emu:BUILD, or auto."
 
 
 @click.group("trace")
@@ -54,7 +55,7 @@ def trace_verb() -> None:
 @click.option("--seed", type=int, default=1, show_default=True, help="With --level.")
 @click.option("--from", "other", type=FILE, metavar="TRACE", help="The readings of a trace.")
 @click.option("--sweep", is_flag=True, help="Each sensor from near to far, one after the other.")
-@click.option("--port", metavar="PORT", help="Listen to the telemetry of a robot at work.")
+@click.option("--port", metavar="PORT", help=f"Listen to a robot at work: {LISTENED_HELP}")
 @click.option("--readings", type=click.IntRange(1, 1_000_000), help="With --port: end after these.")
 @click.option(
     "--for",
@@ -76,27 +77,33 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
     reset: the robot hunts, and its telemetry is written down with the computer's times, until
     --readings, --for or Ctrl-C ends it.
     """
+    from cgagen.errors import RigError
+    from cgagen.verbs.emulated_port import named_port
     from hil.traces import write_trace
     from hil.traces.listening import record_telemetry
     from hil.traces.storage import check_name
 
     check_record(given)
     check_name(given["output"])
-    left_out = 0
+    left_out, gone = 0, ""
     if given["port"]:
         _check_free(given["output"], given["force"])
         subject = subject_named(genome, given, "simulator")
-        trace, heard = record_telemetry(
-            subject, given["port"], given["readings"] or 1_000_000, given["limit_s"]
-        )
+        with named_port(given["port"], "main") as port:
+            trace, heard = record_telemetry(
+                subject, port, given["readings"] or 1_000_000, given["limit_s"]
+            )
         if heard.lost or heard.spoiled:
-            console.note(f"{given['port']}: {heard.lost} lines lost, {heard.spoiled} spoiled")
+            console.note(f"{port}: {heard.lost} lines lost, {heard.spoiled} spoiled")
+        gone = heard.gone
     else:
         subject, trace, left_out = asked(console, genome, given)
     files = write_trace(given["output"], trace, subject.robot, given["force"])
     if left_out:
         console.note(f"{given['target']}: {left_out} readings left out, which it cannot be given")
     _say(console, trace, subject.robot, files, left_out)
+    if gone:
+        raise RigError(f"{gone}; what was heard before is in {given['output']}")
 
 
 @trace_verb.command("convert")

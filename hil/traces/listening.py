@@ -5,9 +5,11 @@ from collections.abc import Callable
 
 import serial
 
-from cgagen.bench_protocol import END, TELEMETRY, Banner, parse_banner
+from cgagen.bench_protocol import END, FAULT, TELEMETRY, Banner, Fault, parse_banner
 from cgagen.errors import IdentityError, RigError, RobotError
-from cgagen.link.port import PortLock, open_port
+from cgagen.link.port import locked_port
+from cgagen.link.why import LOST
+from cgagen.monitor.decode import FAULTS
 from hil.subject import Subject
 from hil.target import Observation
 from hil.telemetry import Told, parse_telemetry
@@ -36,13 +38,18 @@ class Listener:
         samples: what was heard.
         lost: lines that are missing by their numbers.
         spoiled: lines of telemetry that cannot be read.
+        fault: what it complained of last; None for nothing.
+        gone: why the port came to an early end; "" where it did not.
+        port: for messages.
     """
 
     def __init__(self, subject: Subject, port: str, now_ns: Callable[[], int]) -> None:
         self.samples: list[Sample] = []
         self.lost = self.spoiled = 0
+        self.fault: Fault | None = None
+        self.gone = ""
+        self.port = port
         self._subject = subject
-        self._port = port
         self._now_ns = now_ns
         self._first_ns: int | None = None
         self._last: int | None = None
@@ -64,12 +71,30 @@ class Listener:
                 self._check(banner)
             elif TELEMETRY in line:
                 self._tell(parse_telemetry(line, self._subject.role))
+            else:
+                word = line.rpartition(FAULT)[2]
+                self.fault = Fault(word) if word in Fault.__members__ else self.fault
+
+    def why_nothing(self, limit_s: float) -> str:
+        """Return why no sample was heard in so many seconds, as far as that can be told."""
+        if self.gone:
+            return self.gone
+        if self.spoiled:
+            return (
+                f"{self.port}: {self.spoiled} lines of telemetry came and none is a "
+                f"{self._subject.robot.name}'s; name the genome or the robot that is at work there"
+            )
+        fault = f" (fault {self.fault}: {FAULTS[self.fault]})" if self.fault else ""
+        return (
+            f"{self.port}: no telemetry in {limit_s:g} s{fault}; switch the robot on, reset both "
+            "its controllers, which ends their bench mode, and look at the cable"
+        )
 
     def _check(self, banner: Banner) -> None:
         robot, genome = self._subject.robot.name, self._subject.genome_digest
         if (banner.robot, banner.genome) != (robot, genome):
             raise IdentityError(
-                f"{self._port}: {banner.robot} with genome {banner.genome} is at work there, not "
+                f"{self.port}: {banner.robot} with genome {banner.genome} is at work there, not "
                 f"{robot} with {genome}; name its genome and robot"
             )
         self._last = None  # after a reset the lines count from 0 again
@@ -105,10 +130,10 @@ def record_telemetry(
         now_ns: the computer's clock.
 
     Returns:
-        The trace, and what was lost.
+        The trace, and what was lost; all of it where the port came to an end.
 
     Raises:
-        RigError: no such port, nothing came, or it came to an end.
+        RigError: no such port, or nothing came.
         RobotError: this robot tells nothing.
     """
     robot = subject.robot
@@ -118,24 +143,14 @@ def record_telemetry(
             "work; set it, build and load, or record through its bench hook with --target"
         )
     listener = Listener(subject, port, now_ns)
-    lock = PortLock(port)
-    lock.take()
-    try:
-        wire = open_port(port)
+    with locked_port(port) as wire:
         try:
             _listen(listener, wire, port, readings, limit_s)
         except KeyboardInterrupt:
             if not listener.samples:
                 raise
-        finally:
-            wire.close()
-    finally:
-        lock.release()
     if not listener.samples:
-        raise RigError(
-            f"{port}: no telemetry in {min(limit_s, SILENCE_S):g} s; switch the robot on, end its "
-            "bench mode with a reset, and look at the cable"
-        )
+        raise RigError(listener.why_nothing(min(limit_s, SILENCE_S)))
     source = {
         "telemetry": {"lost": listener.lost, "spoiled": listener.spoiled},
     }
@@ -153,8 +168,10 @@ def _listen(
             return
         known = len(listener.samples)
         try:
-            listener.take(wire.read(max(1, wire.in_waiting)))
-        except (OSError, serial.SerialException) as error:
-            raise RigError(f"{port}: lost ({error}); look at the cable") from error
+            data = wire.read(max(1, wire.in_waiting))
+        except LOST as error:
+            listener.gone = f"{port}: lost ({error}); look at the cable"
+            return
+        listener.take(data)
         if len(listener.samples) > known:
             heard_s = now_s

@@ -31,7 +31,7 @@ def test_the_worked_numbers_of_a_ping() -> None:
 def test_an_srf04_hears_other_limits() -> None:
     sonar = other_world()[0].sonars[0]
     assert sonar.kind == "srf04"
-    assert other_world()[0].echo_limits_counts(sonar) == (88.5, 18_000.0)
+    assert other_world()[0].echo_limits_counts(sonar) == (87.0, 18_000.0)
     assert SONAR_KINDS["srf04"].pins == ("trigger_pin", "echo_pin")
 
 

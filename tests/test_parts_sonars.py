@@ -151,7 +151,7 @@ class SrfBench:
 
 
 @pytest.mark.parametrize(
-    ("distance_in", "width_us"), [(10, 1474.92), (0.1, 177), (None, 36_000), (300, 36_000)]
+    ("distance_in", "width_us"), [(10, 1474.92), (0.1, 174), (None, 36_000), (300, 36_000)]
 )
 def test_an_srf04_starts_with_the_falling_edge(distance_in: float | None, width_us: float) -> None:
     bench = SrfBench()

@@ -34,7 +34,7 @@ class SonarKind(NamedTuple):
 
 SONAR_KINDS: dict[str, SonarKind] = {
     "ping": SonarKind(115.0, 18_500.0, ("pin",)),  # ref: S6 p. 1
-    "srf04": SonarKind(177.0, 36_000.0, ("trigger_pin", "echo_pin")),  # ref: S8; 3 cm is 177 us
+    "srf04": SonarKind(174.0, 36_000.0, ("trigger_pin", "echo_pin")),  # ref: S8; 3 cm at 58 us
 }
 
 

@@ -15,8 +15,8 @@ TRIGGER_NS = 10_000
 BURST_NS = 200_000
 """Eight cycles of 40 kHz."""
 BLANKING_NS = 100_000
-SHORTEST_NS = 177_000
-"""3 cm, there and back."""
+SHORTEST_NS = 174_000
+"""3 cm, at the 58 us that S8 reckons for each, there and back."""
 LONGEST_NS = 36_000_000
 REST_NS = 10_000_000
 """Before the next trigger. Ref: choice, S8 names 10 ms; earlier triggers are ignored here."""

@@ -5,6 +5,7 @@ from itertools import pairwise
 from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, Banner, banner_text
 from cgagen.emulator.chip import Coverage
 from cgagen.stamp.compiled import Compiled
+from hil.layout import layout_of
 from hil.main_bench import late_hello, speaks
 from hil.main_decides import decisions, genes
 from hil.main_hunts import hunts
@@ -37,7 +38,7 @@ def judge_main(
         genes(trial, compiled)
         trial.bench.restore(before)
     del trial.edges[seen:]
-    hunts(trial, wanted)
+    hunts(trial, wanted, layout_of(compiled.source))
     trial = MainTrial(subject, compiled.image, coverage)
     trial.present(neutral(subject.robot))
     speaks(trial, wanted, compiled.image)
@@ -47,7 +48,13 @@ def judge_main(
 def _start(trial: MainTrial) -> None:
     """Banner and prompts, with no line touched; then the first look."""
     robot, subject = trial.robot, trial.subject
+    lines, touched = trial.line_bits | trial.step_bit, list[int]()
+    for pin in (pin for pin in range(16) if lines >> pin & 1):
+        trial.bench.end(f"main.P{pin}").listen(
+            lambda _level, pin=pin: touched.append(pin) if trial.drives >> pin & 1 else None  # type: ignore[misc]
+        )
     want(trial.wait("look", 2_500), "hang", "never looks at its sensors")
+    want(not touched, "handshake", "drives a line on its way to the first look")
     digest = subject.sources["main"].split("Source:  ")[1][:8]
     wanted = banner_text(Banner(1, "main", robot.name, subject.genome_digest, digest)) + "\r"
     want(trial.said.rstrip(">") == wanted, "banner", f"says {trial.said!r}")
@@ -60,5 +67,4 @@ def _start(trial: MainTrial) -> None:
     whole = trial.now_ns - prompts[0]
     want(whole >= LISTEN_MS * MS, "banner", f"listens for {whole / MS:.0f} ms")
     want(whole - slices[0] < LISTEN_MS * MS + 20 * MS, "banner", f"listens {whole / MS:.0f} ms")
-    lines = trial.line_bits | trial.step_bit
     want(not trial.drives & lines, "handshake", "drives a line before its first decision")

@@ -17,6 +17,9 @@ WORD = "robot"
 TESTER = "tester"
 OFF_NS = 1 << 60
 MS = 1_000_000
+LOOKED_NS = MS
+"""How long before they pull the line the legs have last looked at it, at most. They never take a
+GO so soon after having let go of it themselves: a frame lies between. Choice: twice what it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,10 +129,15 @@ class Lone:
 
     def _accepted(self, _word: str) -> None:
         self._rested()
-        self.player.told = not self.booting and self._go_driver in self.line.drivers
+        self.player.told = not self.booting and self._go_is_said()
         if not self.player.told and not self.booting:
             self.uncommanded.append(f"at {self.now_ns} ns: takes a GO that nobody gave")
         self._asked = self.now_ns, self.asked()
+
+    def _go_is_said(self) -> bool:
+        """Whether GO is on the line, or was when the legs last looked at it."""
+        ended_ns = self.rise_ns[-1] if self.rise_ns else -LOOKED_NS
+        return self._go_driver in self.line.drivers or self.now_ns - ended_ns < LOOKED_NS
 
     def _finished(self, _word: str) -> None:
         began_ns, asked = self._asked

@@ -9,6 +9,7 @@ from cgagen.bench_protocol import (
     STATE_KEY,
 )
 from cgagen.emulator.parts.sonar import middle_ns
+from hil.layout import Place
 from hil.main_trial import MainTrial
 from hil.main_wanted import Wanted
 from hil.target import Observation, Stimulus
@@ -20,21 +21,34 @@ BUSY_MS = (2_600, 3_200)
 LEGS_TAKE_MS = 60
 """How long after GO the other side takes it. Choice: two frames."""
 
+FIRST_NUMBERS, LAST_NUMBER = 3, 255
+"""After so many decisions (a choice) the program is told that the next one is this, as if it had
+made all between: its number is a byte, and 0 follows."""
+
 MOVEMENT_MS = 250
 """How long the played legs move. Choice: longer than a line of telemetry."""
 
 
-def hunts(trial: MainTrial, wanted: Wanted) -> None:
-    """Look, decide, say GO, report: a few times, then with legs that do not answer."""
+def hunts(trial: MainTrial, wanted: Wanted, layout: dict[str, Place]) -> None:
+    """Look, decide, say GO, report: a few times, then with legs that do not answer.
+
+    Args:
+        trial: a chip at its first look.
+        wanted: what it is shown, and what it has to decide.
+        layout: of its variables.
+    """
     for number, (stimulus, right) in enumerate(wanted.hunts):
         _say_go(trial, stimulus, right)
         trial.go_on(LEGS_TAKE_MS)
         trial.other.set(0)
         _let_go(trial)
-        _report(trial, number, stimulus, right)
+        _report(trial, _told(number), stimulus, right)
         quiet = len(trial.edges)
         trial.go_on(MOVEMENT_MS)
         want(len(trial.edges) == quiet, "handshake", "senses while the legs move")
+        if number == FIRST_NUMBERS - 1:
+            size_bits, element, _ = layout["decisions"]
+            trial.chip.registers.write(size_bits, element, LAST_NUMBER)
         following = wanted.hunts[(number + 1) % len(wanted.hunts)][0]
         trial.present(following)
         trial.edges.clear()
@@ -46,10 +60,16 @@ def hunts(trial: MainTrial, wanted: Wanted) -> None:
     _let_go(trial)
     want(trial.wait("byte 13", 50), "faults", "no word of a GO that nobody took")
     want(trial.said == "*REFUSED\r", "faults", f"says {trial.said!r}")
-    _report(trial, len(wanted.hunts), stimulus, right)
+    number = len(wanted.hunts)
+    _report(trial, _told(number), stimulus, right)
     trial.edges.clear()
     _say_go(trial, stimulus, right)
-    _kept_waiting(trial, len(wanted.hunts) + 1, stimulus, right)
+    _kept_waiting(trial, _told(number + 1), stimulus, right)
+
+
+def _told(number: int) -> int:
+    """Return the number that telemetry gives a decision, see `FIRST_NUMBERS`."""
+    return number if number < FIRST_NUMBERS else (LAST_NUMBER + number - FIRST_NUMBERS) % 256
 
 
 def _kept_waiting(trial: MainTrial, number: int, stimulus: Stimulus, right: Observation) -> None:

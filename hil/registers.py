@@ -221,8 +221,9 @@ class RegisterTarget(Closing):
         here, there = self.decide(stimulus), self._pins.decide(stimulus)
         if here.command != there.command or there.state not in (None, here.state):
             raise RigError(
-                f"{self.subject.where}: Decide alone answers {stimulus.text()} with "
-                f"{here.command} and the robot with {there.command}; try it by its pins"
+                f"{self.subject.where}: Decide alone answers {stimulus.text()} with state "
+                f"{here.state} and command {here.command}, the robot with {there.state} and "
+                f"{there.command}; try it by its pins"
             )
 
     _routine: Routine

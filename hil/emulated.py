@@ -13,9 +13,7 @@ from cgagen.build.bench import bench_text
 from cgagen.closing import Closing
 from cgagen.emulator.bench import Bench, BenchState
 from cgagen.emulator.bench_file import parse_bench
-from cgagen.emulator.parts.photocell import Photocell
-from cgagen.emulator.parts.sonar import Sonar, middle_ns
-from cgagen.emulator.parts.whisker import Whisker
+from cgagen.emulator.parts.sonar import Sonar
 from cgagen.errors import (
     CgagenError,
     ContentionError,
@@ -27,7 +25,7 @@ from cgagen.errors import (
 from cgagen.robot import Robot
 from cgagen.stamp.image import Image
 from hil.benches import show
-from hil.forced import Forced
+from hil.forced import ForcedSensors
 from hil.subject import CHIPS, Subject
 from hil.target import (
     COUNTS,
@@ -176,12 +174,8 @@ class PinsTarget(Closing):
 
     def present(self, stimulus: Stimulus) -> None:
         """Go back to the moment before the first look, with this in front of the sensors."""
-        main = self.subject.robot.main
-        self.present_ns(
-            [middle_ns(one, main.pulsin_unit_ns) if one else None for one in stimulus.sonars],
-            stimulus.touched,
-            [middle_ns(one, main.rctime_unit_ns) if one else None for one in stimulus.lights],
-        )
+        self._go_back()
+        self._sensors.show(stimulus)
 
     def present_ns(
         self,
@@ -190,15 +184,13 @@ class PinsTarget(Closing):
         drains_ns: Sequence[int | None],
     ) -> None:
         """Likewise, with echoes and RC times as they are; None for no echo, and for dark."""
+        self._go_back()
+        self._sensors.show_ns(echoes_ns, touched, drains_ns)
+
+    def _go_back(self) -> None:
         if self._ready is None:
             raise RigError("the emulated robot is not open; open it first")
         self.bench.restore(self._ready)
-        for forced, echo_ns in zip(self._forced, echoes_ns, strict=True):
-            forced.width_ns = echo_ns
-        for whisker, bent in zip(self._whiskers, touched, strict=True):
-            whisker.touch(bent)
-        for cell, drain_ns in zip(self._cells, drains_ns, strict=True):
-            cell.drain(drain_ns)
 
     def _observed(self, command: int, latency_ns: int) -> Observation:
         told = self.told()
@@ -226,12 +218,7 @@ class PinsTarget(Closing):
         self.bench = robot_bench(robot, self.images)
         first_ns = self._first_trigger_ns()
         self.bench = bench = robot_bench(robot, self.images)
-        sonars = bench.parts_of(Sonar)
-        self._forced = [Forced() for _ in robot.sonars]
-        for sonar, forced in zip(robot.sonars, self._forced, strict=True):
-            sonars[f"sonar_{sonar.name}"].spoilers.append(forced)
-        self._whiskers = list(bench.parts_of(Whisker).values())
-        self._cells = list(bench.parts_of(Photocell).values())
+        self._sensors = ForcedSensors(robot, bench)
         self._line, self._go, self._done = bytearray(), None, True
         self._watch()
         self.equip(bench)
@@ -294,9 +281,7 @@ class PinsTarget(Closing):
         self._done = True
         self.bench.clock.stop()
 
-    _forced: list[Forced]
-    _whiskers: list[Whisker]
-    _cells: list[Photocell]
+    _sensors: ForcedSensors
     _line: bytearray
     _go: tuple[int, int] | None
     _done: bool

@@ -3,11 +3,8 @@
 from collections.abc import Callable
 
 from cgagen.emulator.chip import Coverage
-from cgagen.emulator.parts.photocell import Photocell
-from cgagen.emulator.parts.sonar import Sonar, middle_ns
-from cgagen.emulator.parts.whisker import Whisker
 from cgagen.stamp.image import Image
-from hil.forced import Forced
+from hil.forced import ForcedSensors
 from hil.subject import Subject
 from hil.target import Stimulus
 from hil.trial import Trial
@@ -19,12 +16,7 @@ class MainTrial(Trial):
     def __init__(self, subject: Subject, image: Image, coverage: Coverage | None = None) -> None:
         super().__init__(subject, "main", image, coverage)
         robot, bench = subject.robot, self.bench
-        sonars = bench.parts_of(Sonar)
-        self._forced = [Forced() for _ in robot.sonars]
-        for sonar, forced in zip(robot.sonars, self._forced, strict=True):
-            sonars[f"sonar_{sonar.name}"].spoilers.append(forced)
-        self._whiskers = list(bench.parts_of(Whisker).values())
-        self._cells = list(bench.parts_of(Photocell).values())
+        self._sensors = ForcedSensors(robot, bench)
         self.edges: list[tuple[int, int, int | None]] = []
         sensors = [pin for sonar in robot.sonars for pin in sonar.pins]
         sensors += [one.pin for one in robot.light.sensors] if robot.light else []
@@ -54,13 +46,7 @@ class MainTrial(Trial):
 
     def present(self, stimulus: Stimulus) -> None:
         """Put this in front of the sensors."""
-        main = self.robot.main
-        for forced, one in zip(self._forced, stimulus.sonars, strict=True):
-            forced.width_ns = middle_ns(one, main.pulsin_unit_ns) if one else None
-        for whisker, bent in zip(self._whiskers, stimulus.touched, strict=True):
-            whisker.touch(bent)
-        for cell, one in zip(self._cells, stimulus.lights, strict=True):
-            cell.drain(middle_ns(one, main.rctime_unit_ns) if one else None)
+        self._sensors.show(stimulus)
 
 
 def levels(stimulus: Stimulus) -> int:

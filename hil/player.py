@@ -3,12 +3,9 @@
 from typing import NamedTuple
 
 from cgagen.emulator.bench import Bench
-from cgagen.emulator.parts.photocell import Photocell
-from cgagen.emulator.parts.sonar import Sonar, middle_ns
-from cgagen.emulator.parts.whisker import Whisker
 from cgagen.emulator.wires import Wire
 from cgagen.errors import RigError
-from hil.forced import Forced
+from hil.forced import ForcedSensors
 from hil.gait_reader import GaitReader, Reading
 from hil.subject import Subject
 from hil.target import Stimulus
@@ -72,26 +69,12 @@ class Player:
         self.told = False
         self.heard = ""
         self._bytes = bytearray()
-        self._forced: list[Forced] = []
-        sonars = bench.parts_of(Sonar)
-        for sonar in subject.robot.sonars:
-            self._forced.append(Forced())
-            sonars[f"{word}_sonar_{sonar.name}"].spoilers.insert(0, self._forced[-1])
-        antennas, light = subject.robot.antennas, subject.robot.light
-        self._whiskers = [bench.part(f"{word}_antenna_{one.name}", Whisker) for one in antennas]
-        lamps = light.sensors if light else ()
-        self._cells = [bench.part(f"{word}_light_{one.name}", Photocell) for one in lamps]
+        self._sensors = ForcedSensors(subject.robot, bench, f"{word}_")
         bench.host(f"{word}_main").heard = self._heard
 
     def show(self, stimulus: Stimulus) -> None:
         """Put all that there is to be measured before the sensors."""
-        main = self.subject.robot.main
-        for forced, one in zip(self._forced, stimulus.sonars, strict=True):
-            forced.width_ns = middle_ns(one, main.pulsin_unit_ns) if one else None
-        for whisker, bent in zip(self._whiskers, stimulus.touched, strict=True):
-            whisker.touch(bent)
-        for cell, one in zip(self._cells, stimulus.lights, strict=True):
-            cell.drain(middle_ns(one, main.rctime_unit_ns) if one else None)
+        self._sensors.show(stimulus)
 
     def _heard(self, byte: int) -> None:
         self._bytes.append(byte)

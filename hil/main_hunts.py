@@ -21,9 +21,9 @@ BUSY_MS = (2_600, 3_200)
 LEGS_TAKE_MS = 60
 """How long after GO the other side takes it. Choice: two frames."""
 
-FIRST_NUMBERS, LAST_NUMBER = 3, 255
-"""After so many decisions (a choice) the program is told that the next one is this, as if it had
-made all between: its number is a byte, and 0 follows."""
+FIRST_NUMBERS, LATE_NUMBER = 3, 253
+"""After so many decisions the program is made to believe that the next one is this one, as if it
+had made all between: the number is a byte, and 0 follows 255. Choice, both."""
 
 MOVEMENT_MS = 250
 """How long the played legs move. Choice: longer than a line of telemetry."""
@@ -48,7 +48,7 @@ def hunts(trial: MainTrial, wanted: Wanted, layout: dict[str, Place]) -> None:
         want(len(trial.edges) == quiet, "handshake", "senses while the legs move")
         if number == FIRST_NUMBERS - 1:
             size_bits, element, _ = layout["decisions"]
-            trial.chip.registers.write(size_bits, element, LAST_NUMBER)
+            trial.chip.registers.write(size_bits, element, LATE_NUMBER)
         following = wanted.hunts[(number + 1) % len(wanted.hunts)][0]
         trial.present(following)
         trial.edges.clear()
@@ -69,7 +69,7 @@ def hunts(trial: MainTrial, wanted: Wanted, layout: dict[str, Place]) -> None:
 
 def _told(number: int) -> int:
     """Return the number that telemetry gives a decision, see `FIRST_NUMBERS`."""
-    return number if number < FIRST_NUMBERS else (LAST_NUMBER + number - FIRST_NUMBERS) % 256
+    return number if number < FIRST_NUMBERS else (LATE_NUMBER + number - FIRST_NUMBERS) % 256
 
 
 def _kept_waiting(trial: MainTrial, number: int, stimulus: Stimulus, right: Observation) -> None:

@@ -169,7 +169,7 @@ def test_a_wrong_decision_on_any_target_comes_with_its_line(tmp_path: Path) -> N
         "def test_it(hil_target, hil_stimuli, hil_check):\n"
         "    hil_check(hil_target, hil_stimuli[:1])\n"
     )
-    ended = inside(tmp_path, "--hil-build=build")
+    ended = inside(tmp_path, "--rootdir", str(tmp_path.parent), CGAGEN_HIL_BUILD="build")
     words = ended.stdout.splitlines()
     at = words.index("smallest reading: 0,0,0,0,0,0/--")
     assert words[at - 1].startswith("FAIL: the program answers state 0 with command 0, ")
@@ -179,7 +179,8 @@ def test_a_wrong_decision_on_any_target_comes_with_its_line(tmp_path: Path) -> N
     ]
     assert words[at + 3].startswith("main.bsp:")
     assert "DATA" in words[at + 3]
-    assert words[at + 4].endswith("test_robot.py::test_it[emulator-named]' --hil-build build")
+    again = "pytest 'test_robot.py::test_it[emulator-named]' --hil-build build"
+    assert words[at + 4] == f"again: {again}"
 
 
 def test_what_a_target_cannot_do_is_skipped_or_refused(tmp_path: Path) -> None:

@@ -142,6 +142,11 @@ def given(config: pytest.Config, name: str) -> tuple[str, ...]:
     return tuple(words.split()) if one.many else ((words,) if words else ())
 
 
+def in_ini_file(config: pytest.Config, name: str) -> bool:
+    """Whether an option has its words from the ini file."""
+    return config.getoption(f"--hil-{name}", None) is None and bool(config.getini(f"hil_{name}"))
+
+
 def on_command_line(config: pytest.Config) -> bool:
     """Whether an option of ours is on the command line: then the user means us."""
     return any(config.getoption(f"--hil-{one.name}", None) is not None for one in OPTIONS)

@@ -5,6 +5,7 @@ controller as JSON, and only that one writes.
 """
 
 import json
+import os
 import shlex
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cgagen.pytest_plugin.options import OPTIONS, HilConfig, asked
+from cgagen.pytest_plugin.options import HilConfig, asked, given, in_ini_file
 from cgagen.pytest_plugin.ours import HERE, ROLES, errors, load, reference_folder, subject_for
 
 if TYPE_CHECKING:
@@ -155,22 +156,24 @@ class HilSession:
         Folders of this machine are left out where the run began in them.
         """
         if nodeid:
-            words = [nodeid, *self._options()]
+            file, *rest = nodeid.split("::", 1)
+            here = os.path.relpath(self.config.rootpath / file, self.config.invocation_params.dir)
+            words = ["::".join([here, *rest]), *self._options()]
         else:
             words = without_outputs(list(map(str, self.config.invocation_params.args)))
         root = str(self.config.invocation_params.dir)
-        here = ("." if word == root else word.replace(f"{root}/", "") for word in words)
-        return shlex.join(["pytest", *here])
+        near = ("." if word == root else word.replace(f"{root}/", "") for word in words)
+        return shlex.join(["pytest", *near])
 
     def _options(self) -> list[str]:
-        """Return the options of this run that say what is tried."""
-        words = []
-        for option in OPTIONS:
-            value = self.config.getoption(f"--hil-{option.name}", None)
-            if value is not None and option.name in DECIDING:
-                found = value if option.many else [value]
-                words += [part for one in found for part in (f"--hil-{option.name}", str(one))]
-        return words
+        """Return the options of this run that say what is tried; the ini file says its own."""
+        return [
+            part
+            for name in DECIDING
+            if not in_ini_file(self.config, name)
+            for one in given(self.config, name)
+            for part in (f"--hil-{name}", one)
+        ]
 
     @property
     def _knows(self) -> bool:

@@ -19,7 +19,7 @@ def text_of(report: "Report", repeat: str) -> str:
         agreed = sum(trial.agreed.values())
         cells = (trial.verdict, trial.decisions, agreed, trial.stale, trial.left_out)
         lines.append(row.format(name, *cells))
-    reasons = [f"{name}: {trial.reason}" for name, trial in report.trials.items() if trial.reason]
+    reasons = [_told(name, trial.reason) for name, trial in report.trials.items() if trial.reason]
     lines += ["", *reasons] if reasons else []
     notes = [f"{name}: {trial.note}" for name, trial in report.trials.items() if trial.note]
     lines += ["", *notes] if notes else []
@@ -34,6 +34,18 @@ def text_of(report: "Report", repeat: str) -> str:
         str(report.verdict),
     ]
     return "\n".join(lines)
+
+
+def _told(name: str, reason: str) -> str:
+    """Return why a trial is not PASS; a target's sentence names it already.
+
+    >>> _told("serial:/dev/x", "/dev/x: lost"), _told("can:a:b", "can:a:b: lost")
+    ('/dev/x: lost', 'can:a:b: lost')
+    >>> _told("legs", "/dev/x: lost"), _told("table", "state 8 is wrong")
+    ('legs: /dev/x: lost', 'table: state 8 is wrong')
+    """
+    place = name.partition(":")[2] or name
+    return reason if reason.startswith((f"{name}: ", f"{place}: ")) else f"{name}: {reason}"
 
 
 def _finding(small: "Finding", subject: "Subject") -> list[str]:

@@ -1,9 +1,11 @@
 """Faults of wires and supplies: what they do, and that they say so."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cgagen.emulator.clock import Clock
-from cgagen.emulator.parts.fault import BrownOut
+from cgagen.emulator.parts.fault import BrownOut, Fault
 from cgagen.emulator.parts.noise import Noise
 from cgagen.emulator.parts.probe import Probe
 from cgagen.emulator.parts.signal import Signal
@@ -206,3 +208,61 @@ def test_a_whisker_gives_way_to_an_output() -> None:
     assert bench.wire.level == 1
     bench.pins.set_directions(0)
     assert bench.wire.level == 0
+
+
+class TwoWires:
+    """Two wires with two ends each, and a fault of every kind on them that tests switch."""
+
+    def __init__(self) -> None:
+        clock = self.clock = Clock()
+        self.wires = Wire("a", pull=1), Wire("b", pull=0)
+        self.ends = tuple(Wire(f"{wire.name}.{n}") for wire in self.wires for n in (0, 1))
+        for number, end in enumerate(self.ends):
+            self.wires[number // 2].join(end)
+        self.faults: dict[str, Fault] = {
+            "open": Open("open", clock, self.ends[0], None),
+            "again": Open("again", clock, self.ends[0], None),
+            "stuck": Stuck("stuck", clock, self.ends[0], 0, None),
+            "other": Open("other", clock, self.ends[2], None),
+            "short": Short("short", clock, self.wires[0], 0, None),
+            "short_1": Short("short_1", clock, self.wires[1], 1, None),
+            "bridge": Bridge("bridge", clock, self.wires[0], self.wires[1], None),
+            "twice": Bridge("twice", clock, self.wires[1], self.wires[0], None),
+            "noise": Noise("noise", clock, self.ends[0], 1_000, 600, 0, None),
+        }
+
+    def ends_of(self, end: int) -> set[str]:
+        return {wire.name for wire in self.ends[end].ends}
+
+    def levels(self) -> list[int | None]:
+        return [wire.level for wire in (*self.wires, *self.ends)]
+
+
+@given(
+    st.lists(st.sampled_from([*TwoWires().faults]), max_size=12),
+    st.lists(st.integers(0, 2_000), min_size=12, max_size=12),
+)
+def test_faults_that_overlap_leave_nothing_behind(names: list[str], waits_ns: list[int]) -> None:
+    """Each name switches its fault over; who is joined follows from those that are on."""
+    bench, on = TwoWires(), set[str]()
+    whole, levels = [bench.ends_of(end) for end in range(4)], bench.levels()
+    for name, wait_ns in zip(names, waits_ns, strict=False):
+        on ^= {name}
+        bench.faults[name].switch(name in on)
+        bench.clock.run_until(bench.clock.now_ns + wait_ns)
+        cut = [bool(on & {"open", "again", "stuck"}), False, "other" in on, False]
+        bridged = bool(on & {"bridge", "twice"})
+        for end, wire in enumerate("aabb"):
+            joined = {f"{wire}.{n}" for n in (0, 1)} | {wire}
+            if bridged:
+                joined |= whole[0] | whole[2]
+            joined -= {one.name for one, gone in zip(bench.ends, cut, strict=True) if gone}
+            assert bench.ends_of(end) == ({bench.ends[end].name} if cut[end] else joined)
+        if not on & {"noise", "open", "again"} and "stuck" in on:
+            assert bench.ends[0].level == 0
+        if on & {"short", "short_1"} == {"short"}:
+            assert {bench.wires[0].level, bench.ends[1].level} == {0}
+    for name in sorted(on):
+        bench.faults[name].switch(False)
+    assert [bench.ends_of(end) for end in range(4)] == whole
+    assert bench.levels() == levels

@@ -155,7 +155,7 @@ def test_a_pin_that_is_cut_off_lets_go() -> None:
     bench.pins.wires[PIN].join(end)
     end.drive("main.P11", 1)
     bench.clock.run_until(MS)
-    end.leave()
+    end.cut("open")
     assert bench.pins.level(PIN) == 1
     bench.clock.run_until(2 * MS)
     assert bench.pins.level(PIN) == 0

@@ -69,9 +69,9 @@ def test_an_end_that_leaves_keeps_its_own_drivers() -> None:
     wire.join(end)
     end.drive("main.P3", 0)
     assert wire.level == 0
-    end.leave()
+    end.cut("open")
     assert (wire.level, end.level) == (1, 0)
-    wire.join(end)
+    end.mend("open")
     assert (wire.level, end.level) == (0, 0)
 
 
@@ -127,9 +127,9 @@ def test_a_whole_pulse_is_for_those_alone_who_need_no_edges() -> None:
     wire.drive("a", 0)
     stop()
     assert wire.takers("a") == ()
-    end.force(0)
+    end.force("noise", 0)
     assert wire.takers("a") is None, "its level does not follow"
-    end.force(None)
+    end.force("noise", None)
     wire.watch(lambda: None)
     assert wire.takers("a") is None, "somebody watches"
 
@@ -137,9 +137,9 @@ def test_a_whole_pulse_is_for_those_alone_who_need_no_edges() -> None:
 def test_forcing_one_end_leaves_the_others_alone() -> None:
     wire, end = Wire("w", pull=1), Wire("e")
     wire.join(end)
-    end.force(0)
+    end.force("noise", 0)
     assert (wire.level, end.level, end.undisturbed) == (1, 0, 1)
-    end.force(None)
+    end.force("noise", None)
     assert end.level == 1
 
 
@@ -187,9 +187,9 @@ def test_the_state_of_a_wire_comes_back_in_silence() -> None:
     wire.join(end)
     end.drive("a", 0)
     states = [(one, one.state()) for one in (wire, end)]
-    end.leave()
+    end.cut("open")
     end.drive("a", None)
-    end.force(1)
+    end.force("noise", 1)
     wire.listen(heard.append)
     for one, state in states:
         one.restore(state)

@@ -4,7 +4,7 @@ An end has drivers and a resistor, and others listen to it. A net is made anew w
 joined or cut.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Any, Generic, TypeVar
 
@@ -41,11 +41,14 @@ class End:
     """One end of a wire; see `cgagen.emulator.wires.Wire`."""
 
     __slots__ = (
+        "_cuts",
         "_drivers",
         "_forced",
+        "_links",
         "_listeners",
         "_net",
         "_pull",
+        "_shorts",
         "_takers",
         "_watchers",
         "level",
@@ -58,7 +61,12 @@ class End:
         self._pull = pull
         # 2 * strength + level: the greatest decides, and its last bit is the level.
         self._drivers: dict[str, int] = {}
-        self._forced: int | None = None
+        # Faults by name, the newest last: a level of this end alone, one of its whole net.
+        self._forced: Mapping[str, int] = {}
+        self._shorts: Mapping[str, int] = {}
+        # Ends that this one is soldered to, and the faults that have cut it off from them.
+        self._links: tuple[Any, ...] = ()
+        self._cuts: frozenset[str] = frozenset()
         self._listeners: tuple[Listener, ...] = ()
         self._takers: dict[Listener, Taker] = {}
         self._watchers: tuple[Watcher, ...] = ()
@@ -145,7 +153,7 @@ class Net(Generic[EndT]):
     def changed(self) -> None:
         """Forget what was known."""
         self.newest: EndT | None = None
-        self.special = any(wire._watchers or wire._forced is not None for wire in self.ends)
+        self.special = any(wire._watchers or wire._forced or wire._shorts for wire in self.ends)
         self.heard = tuple(wire for wire in self.ends if wire._listeners)
         takers = [wire._takers.get(one) for wire in self.heard for one in wire._listeners]
         self.takers = None if None in takers else tuple(filter(None, takers))
@@ -161,3 +169,13 @@ class Net(Generic[EndT]):
             if pull is not None and pull > rest:
                 rest = pull
         self.newest, self.driver, self.rest = newest, driver, rest
+
+
+def joined(end: EndT) -> tuple[EndT, ...]:
+    """Return an end and all that it is soldered to, directly or not, as far as nothing is cut."""
+    found = [end]
+    for one in found:
+        for other in () if one._cuts else one._links:
+            if not other._cuts and other not in found:
+                found.append(other)
+    return tuple(found)

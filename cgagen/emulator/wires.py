@@ -5,12 +5,26 @@ circuit, which on a bench burns a pin; here it is an error that names both. What
 a resistor gives way to an output and burns nothing.
 """
 
-from cgagen.emulator.nets import NOBODY, OUTPUT, End, Net, Strength, Taker
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from cgagen.emulator.nets import NOBODY, OUTPUT, End, Net, Strength, Taker, joined
 from cgagen.errors import ContentionError
 
 __all__ = ["Strength", "Taker", "Wire", "WireState"]
 
-WireState = tuple[int | None, tuple[tuple[str, int], ...], int | None, tuple["Wire", ...]]
+_Joints = tuple[
+    Mapping[str, int], Mapping[str, int], tuple["Wire", ...], frozenset[str], tuple["Wire", ...]
+]
+"""Faults that force a level and that short, links, cuts, and the ends that are joined."""
+
+
+class WireState(NamedTuple):
+    """A wire at one moment, for `Wire.restore`."""
+
+    level: int | None
+    drivers: tuple[tuple[str, int], ...]
+    joints: _Joints
 
 
 class Wire(End):
@@ -31,6 +45,7 @@ class Wire(End):
     __slots__ = ()
 
     _net: Net["Wire"]
+    _links: tuple["Wire", ...]
 
     def drive(self, driver: str, level: int | None, strength: Strength = Strength.OUTPUT) -> None:
         """Drive the wire, or let go of it.
@@ -113,55 +128,76 @@ class Wire(End):
         """Make one wire of this and another, each with what it is joined to.
 
         Raises:
-            ContentionError: outputs of both disagree.
+            ContentionError: outputs of both disagree; then nothing has changed.
         """
-        if other in self.ends:
-            return
-        mine, theirs = self.output, other.output
-        if mine is not None and theirs is not None and mine != theirs:
-            raise ContentionError(
-                f"{self.name}: {self._output_name()} drives {mine}, {other._output_name()} drives "
-                f"{theirs}; take one of them off the wire, or put a resistor between"
-            )
-        _tell_watchers(Net(self.ends + other.ends).ends)
+        self._links += (other,)
+        other._links += (self,)
+        try:
+            _regroup(self)
+        except ContentionError:
+            self._links, other._links = self._links[:-1], other._links[:-1]
+            raise
+
+    def part(self, other: "Wire") -> None:
+        """Take one `join` with another back."""
+        for one, gone in ((self, other), (other, self)):
+            place = one._links.index(gone)
+            one._links = one._links[:place] + one._links[place + 1 :]
+        _regroup(self, other)
+
+    def cut(self, who: str) -> None:
+        """Cut this end off from all that it is joined to, until the same fault mends it."""
+        self._cuts |= {who}
+        _regroup(*self._links, self)
+
+    def mend(self, who: str) -> None:
+        """Take a cut back.
+
+        Raises:
+            ContentionError: outputs on both sides disagree; then nothing has changed.
+        """
+        self._cuts -= {who}
+        try:
+            _regroup(*self._links, self)
+        except ContentionError:
+            self._cuts |= {who}
+            raise
+
+    def force(self, who: str, level: int | None) -> None:
+        """Give this end alone a level whoever drives it; None ends that. The newest fault wins."""
+        self._forced = _with(self._forced, who, level)
+        self._net.changed()
         self._settle()
 
-    def leave(self, *others: "Wire") -> None:
-        """Cut this end, with others that stay joined to it, off from the rest."""
-        rest = tuple(wire for wire in self.ends if wire is not self and wire not in others)
-        mine = (self, *others)
-        for group in (mine, rest):
-            Net(group)
-        _tell_watchers((*mine, *rest))
-        self._settle()
-        for wire in rest[:1]:
-            wire._settle()
-
-    def force(self, level: int | None) -> None:
-        """Give this end a level whoever drives it; None ends that. For faults alone."""
-        self._forced = level
+    def short(self, who: str, level: int | None) -> None:
+        """Likewise for all that this end is joined to."""
+        self._shorts = _with(self._shorts, who, level)
         self._net.changed()
         self._settle()
 
     def state(self) -> WireState:
-        """Return drivers, level and joints as a value for `restore`."""
-        return self.level, tuple(self._drivers.items()), self._forced, self.ends
+        """Return drivers, level, joints and faults as a value for `restore`."""
+        return WireState(self.level, tuple(self._drivers.items()), self._joints())
 
     def restore(self, state: WireState) -> None:
         """Go back to a state of this wire; nobody is told. Listeners stay as they are."""
-        self.level, drivers, forced, ends = state
+        self.level, drivers, joints = state
         self._drivers = dict(drivers)
         self._net.newest = None
-        if forced != self._forced or ends is not self._net.ends:
-            self._forced = forced
+        if joints != self._joints():
+            self._forced, self._shorts, self._links, self._cuts, ends = joints
             Net(ends)
+
+    def _joints(self) -> _Joints:
+        return self._forced, self._shorts, self._links, self._cuts, self._net.ends
 
     def _settle(self) -> None:
         """Bring the level up to date."""
-        level = self.undisturbed
+        shorts = [level for wire in self.ends for level in wire._shorts.values()]
+        level = shorts[-1] if shorts else self.undisturbed
         changed: list[tuple[Wire, int | None]] = []
         for wire in self.ends:
-            new = level if wire._forced is None else wire._forced
+            new = [*wire._forced.values()][-1] if wire._forced else level
             if new != wire.level:
                 wire.level = new
                 changed.append((wire, new))
@@ -176,15 +212,42 @@ class Wire(End):
             for name, held in wire._drivers.items()
             if held == code ^ 1 and name != driver
         )
-        return ContentionError(
-            f"{self.ends[0].name}: {driver} drives {code & 1}, {other} drives {code & 1 ^ 1}; "
-            "take one of them off the wire, or put a resistor between"
-        )
+        return _short_circuit(self.ends, driver, code, other)
 
-    def _output_name(self) -> str:
-        return next(
-            name for wire in self.ends for name, code in wire._drivers.items() if code >= OUTPUT
-        )
+
+def _regroup(*wires: Wire) -> None:
+    """Find anew who is joined to each of these, and tell those who watch.
+
+    Raises:
+        ContentionError: outputs that are joined disagree; nothing has changed.
+    """
+    groups: list[tuple[Wire, ...]] = []
+    for wire in wires:
+        if not any(wire in group for group in groups):
+            groups.append(joined(wire))
+    for group in groups:
+        outputs = [one for wire in group for one in wire._drivers.items() if one[1] >= OUTPUT]
+        for name, code in outputs:
+            if code != outputs[0][1]:
+                raise _short_circuit(group, *outputs[0], name)
+    for group in groups:
+        Net(group)
+    for group in groups:
+        _tell_watchers(group)
+        group[0]._settle()
+
+
+def _with(levels: Mapping[str, int], who: str, level: int | None) -> Mapping[str, int]:
+    """Return the levels of faults after one of them has changed its mind."""
+    rest = {one: held for one, held in levels.items() if one != who}
+    return rest if level is None else {**rest, who: level}
+
+
+def _short_circuit(group: tuple[Wire, ...], driver: str, code: int, other: str) -> ContentionError:
+    return ContentionError(
+        f"{group[0].name}: {driver} drives {code & 1}, {other} drives {code & 1 ^ 1}; "
+        "take one of them off the wire, or put a resistor between"
+    )
 
 
 def _tell_watchers(group: tuple[Wire, ...]) -> None:

@@ -62,10 +62,10 @@ class Noise(Fault):
         if self._reads.level is not None:
             self._fire()
             self._over.after(self._width_ns)
-            self._reads.force(1 - self._reads.level)
+            self._reads.force(self.name, 1 - self._reads.level)
 
     def _still(self) -> None:
-        self._reads.force(None)
+        self._reads.force(self.name, None)
 
 
 def _mixed(word: int) -> int:

@@ -8,7 +8,28 @@ from cgagen.emulator.parts.fault import Fault
 from cgagen.emulator.wires import Wire
 
 
-class _EndFault(Fault):
+class _LevelFault(Fault):
+    """A fault that fires once for every time that it begins to matter."""
+
+    def __init__(
+        self, name: str, clock: Clock, from_ns: int | None = 0, until_ns: int | None = None
+    ) -> None:
+        super().__init__(name, clock, from_ns, until_ns)
+        self._differs = False
+
+    def _matters(self) -> bool:
+        """Say whether a level is not what it would be without the fault."""
+        raise NotImplementedError
+
+    def _check(self) -> None:
+        """Look whether it matters now."""
+        differs = self.on and self._matters()
+        if differs and not self._differs:
+            self._fire()
+        self._differs = differs
+
+
+class _EndFault(_LevelFault):
     """A fault that takes one end off its wire.
 
     Args:
@@ -30,26 +51,17 @@ class _EndFault(Fault):
         super().__init__(name, clock, from_ns, until_ns)
         self._end_wire = end
         self._rest = next((wire for wire in end.ends if wire is not end), end)
-        self._differs = False
         for wire in {self._rest.name: self._rest, end.name: end}.values():
             wire.listen(lambda _: self._check())
             wire.watch(self._check)
 
     def _begin(self) -> None:
-        self._end_wire.leave()
+        self._end_wire.cut(self.name)
         self._check()
 
     def _end(self) -> None:
-        self._differs = False
-        self._rest.join(self._end_wire)
-
-    def _check(self) -> None:
-        """Fire once for every time that the fault begins to matter."""
-        if self.on:
-            differs = self._matters()
-            if differs and not self._differs:
-                self._fire()
-            self._differs = differs
+        self._end_wire.mend(self.name)
+        self._check()
 
     def _matters(self) -> bool:
         return self._rest.undisturbed != self._end_wire.undisturbed
@@ -84,12 +96,11 @@ class Stuck(_EndFault):
         super().__init__(name, clock, end, from_ns, until_ns)
 
     def _begin(self) -> None:
-        self._end_wire.leave()
-        self._end_wire.force(self._level)
-        self._check()
+        self._end_wire.short(self.name, self._level)
+        super()._begin()
 
     def _end(self) -> None:
-        self._end_wire.force(None)
+        self._end_wire.short(self.name, None)
         super()._end()
 
     def _matters(self) -> bool:
@@ -97,7 +108,7 @@ class Stuck(_EndFault):
         return self._rest.undisturbed != self._level or mine not in {None, self._level}
 
 
-class Short(Fault):
+class Short(_LevelFault):
     """The wire is shorted to ground (0) or to the supply (1), and nothing burns.
 
     Args:
@@ -121,25 +132,18 @@ class Short(Fault):
         super().__init__(name, clock, from_ns, until_ns)
         self._wire = wire
         self._level = level
-        self._differs = False
         wire.watch(self._check)
 
     def _begin(self) -> None:
-        for end in self._wire.ends:
-            end.force(self._level)
+        self._wire.short(self.name, self._level)
         self._check()
 
     def _end(self) -> None:
-        self._differs = False
-        for end in self._wire.ends:
-            end.force(None)
+        self._wire.short(self.name, None)
+        self._check()
 
-    def _check(self) -> None:
-        if self.on:
-            differs = self._wire.undisturbed != self._level
-            if differs and not self._differs:
-                self._fire()
-            self._differs = differs
+    def _matters(self) -> bool:
+        return self._wire.undisturbed != self._level
 
 
 class Bridge(Fault):
@@ -168,12 +172,10 @@ class Bridge(Fault):
         super().__init__(name, clock, from_ns, until_ns)
         self._wire = wire
         self._other = other
-        self._others = other.ends
 
     def _begin(self) -> None:
-        self._others = self._other.ends
         self._fire()
         self._wire.join(self._other)
 
     def _end(self) -> None:
-        self._other.leave(*(end for end in self._others if end is not self._other))
+        self._wire.part(self._other)

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -53,11 +54,13 @@ class Review:
         chips: whose programs.
         change: what `Mutant.text` says of them in full, as a regular expression.
         reason: why no check notices them.
+        most: so many survivors of one program at most; None for all that there are.
     """
 
     chips: tuple[str, ...]
     change: re.Pattern[str]
     reason: str
+    most: int | None = None
 
 
 @cache
@@ -65,19 +68,32 @@ def reviews(path: Path = SURVIVORS) -> tuple[Review, ...]:
     """Return the list."""
     rows = tomllib.loads(path.read_text("utf-8")).get("survivor", [])
     return tuple(
-        Review(tuple(row["chips"]), re.compile(row["change"]), row["reason"]) for row in rows
+        Review(tuple(row["chips"]), re.compile(row["change"]), row["reason"], row.get("most"))
+        for row in rows
     )
 
 
 def reason_for(fate: Fate) -> str | None:
     """Return why a survivor is let live; None where nobody has looked at it."""
-    text = fate.mutant.text()
-    for one in reviews():
-        if fate.chip in one.chips and one.change.fullmatch(text):
-            return one.reason
-    return None
+    review = _review_of(fate)
+    return review.reason if review else None
 
 
 def unreviewed(fates: Iterable[Fate]) -> list[Fate]:
-    """Return the survivors without a reason."""
-    return [one for one in fates if one.end == SURVIVED and reason_for(one) is None]
+    """Return the survivors without a reason, and those of a reason that has too many."""
+    survivors = [one for one in fates if one.end == SURVIVED]
+    found = [(one.role, one.chip, _review_of(one)) for one in survivors]
+    counts = Counter(found)
+    return [
+        one
+        for one, key in zip(survivors, found, strict=True)
+        if key[2] is None or (key[2].most is not None and counts[key] > key[2].most)
+    ]
+
+
+def _review_of(fate: Fate) -> Review | None:
+    text = fate.mutant.text()
+    for one in reviews():
+        if fate.chip in one.chips and one.change.fullmatch(text):
+            return one
+    return None

@@ -28,10 +28,13 @@ def speaks(trial: LegsTrial, image: Image) -> None:
     trial.go_on(100)
     want(set(trial.frames(began_ns, "gait")) == {trial.rest}, "bench", "does not centre")
     ignores(trial, "!C77")
+    _bench_movement(trial, "?M7d", 7)
     want(not trial.step.level, "handshake", "lets the step line go in bench mode")
+    began_ns = trial.now_ns
     answered(trial, "?Xzz", "!Xzz")
     want(trial.step.level == 1 or trial.wait("step 1", 100), "handshake", "keeps it after leaving")
     trial.go_on(100)
+    want(set(trial.frames(began_ns, "gait")) == {trial.rest}, "bench", "moves as it is left")
     trial.command(2)
     trial.wait("pulse 6", 60)
     walk(trial, 2)

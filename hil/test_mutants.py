@@ -3,6 +3,7 @@
 import json
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -96,6 +97,14 @@ def test_a_survivor_that_nobody_has_looked_at_is_told() -> None:
     new = Fate("predator", "main", Mutant("order", 1, "  a = 1", "  a = 2"), SURVIVED)
     assert unreviewed([new]) == [new]
     assert all(len(reason.split()) > 4 for reason in (one.reason for one in reviews()))
+
+
+def test_more_survivors_of_one_kind_than_were_looked_at_are_told() -> None:
+    lost = [Mutant("lost line", line, "  GOSUB Pulses", "") for line in range(4)]
+    fates = [Fate("prey", "locomotion", one, SURVIVED) for one in lost]
+    other = [replace(one, role="predator") for one in fates[:2]]
+    assert unreviewed([*fates[:3], *other]) == []
+    assert unreviewed([*fates, *other]) == fates
 
 
 def test_the_matrix_is_a_file_that_reports_can_read() -> None:

@@ -1,8 +1,5 @@
 """What a robot does when a part of it fails. Every fault shows that it made a difference."""
 
-from functools import cache
-from pathlib import Path
-
 import pytest
 
 from cgagen.build.bench import bench_text
@@ -10,12 +7,10 @@ from cgagen.emulator.parts.fault import Fault
 from cgagen.emulator.parts.servo import Servo
 from cgagen.words import Situation, state_of
 from hil.lone import Lone
-from hil.subject import Subject, read_subject
+from hil.lone_cases import subject
 from hil.target import Stimulus
 
 pytestmark = pytest.mark.hil_req("FAULTS")
-
-FIRMWARE = Path(__file__).parents[1] / "firmware"
 
 AHEAD = Stimulus((1_000, 9_000, 9_000), lights=(0, 0))
 """A wall before the predator."""
@@ -24,11 +19,6 @@ LIT_AHEAD = Stimulus((1_000, 9_000, 9_000), lights=(200, 200))
 """The prey before it."""
 
 OPEN = Stimulus((23_124,) * 3, lights=(0, 0))
-
-
-@cache
-def subject(name: str) -> Subject:
-    return read_subject(FIRMWARE / name)
 
 
 def gene(state: int) -> int:

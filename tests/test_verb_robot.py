@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import socket
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -12,6 +13,7 @@ from cgagen.calibrate import read_measurements
 from cgagen.cli import main
 from cgagen.emulator.bench import Bench
 from cgagen.errors import RigError
+from cgagen.link import bench_hook
 from cgagen.link.bench_hook import BenchHook
 from cgagen.monitor import Decoder
 from cgagen.monitor.readings import decisions
@@ -125,6 +127,19 @@ def test_nobody_there(capsys: pytest.CaptureFixture[str]) -> None:
     for words in (["centre"], ["move", "FORWARD"], ["sensors"]):
         assert main(["robot", *words, "--port", "/dev/no-such-port"]) == 7
         assert "/dev/no-such-port" in capsys.readouterr().err
+
+
+def test_a_chip_that_does_not_listen_may_be_reset(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At work the locomotion controller is silent and deaf."""
+    monkeypatch.setattr(bench_hook, "HELLO_S", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        assert main(["robot", "centre", "--port", port]) == 7
+        assert "or reset it (--reset does that by DTR)" in capsys.readouterr().err
+        assert main(["robot", "centre", "--port", port, "--reset"]) == 7
+        assert "carries no DTR to reset" in capsys.readouterr().err
 
 
 # -- sensors --------------------------------------------------------------------------------------

@@ -107,7 +107,8 @@ def curve_of(lights: dict[str, list[Mark]]) -> Curve:
     samples = {distance: sample(counts) for distance, counts in sorted(by_distance.items())}
     if not 2 <= len(samples) <= CURVE_SEGMENTS + 1:
         raise MeasurementError(
-            f"{len(samples)} distances of the lamp; the curve takes 2 to {CURVE_SEGMENTS + 1}"
+            f"{len(samples)} distances of the lamp, and its curve takes 2 to {CURVE_SEGMENTS + 1}; "
+            "measure it at more, or leave some out"
         )
     points = tuple((distance, round(one.mean)) for distance, one in samples.items())
     for (near, less), (far, more) in itertools.pairwise(points):

@@ -105,7 +105,10 @@ class BenchHook(PromptedPort):
             if one == END:
                 self.greeting = parse_banner(BANNER + line.rstrip(END))
         if self.greeting is None:
-            self.give_up("DTR was pulsed and no banner came")
+            self.give_up(
+                "DTR was pulsed and no banner came",
+                "load a build into it, and look at the wire from DTR to ATN",
+            )
         return self.greeting
 
     def hello(self) -> str:

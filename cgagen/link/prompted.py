@@ -135,10 +135,10 @@ class PromptedPort(Closing):
             raise RigError(f"{self.port}: is not open; open it first")
         return self._serial
 
-    def give_up(self, what: str) -> Never:
+    def give_up(self, what: str, advice: str = "reset it") -> Never:
         """Raise TargetTimeout where the chip still lives, and RigError where it is silent."""
         if time.monotonic() - self._heard_s < LIFE_S:
-            raise TargetTimeout(f"{self.port}: {what}, though the chip is alive; reset it")
+            raise TargetTimeout(f"{self.port}: {what}, though the chip is alive; {advice}")
         raise RigError(
             f"{self.port}: {what}, and nothing else comes either; look at the cable, switch the "
             "robot on, or reset it"

@@ -34,7 +34,7 @@ def why_closed(name: str, error: BaseException) -> str:
     if number in (errno.ENOTTY, errno.EINVAL, errno.EISDIR) or _is_file(name):
         return "it is no serial port; name another, `cgagen ports` lists them"
     if "://" in name:
-        return f"{_plain(error)}; is the other side running, and the name right?"
+        return f"{_plain(error)}; is the other side running and free, and the name right?"
     return f"{_plain(error)}; look at the cable and the name"
 
 

@@ -91,7 +91,8 @@ class Listener:
         if self._echo.missing:
             self._once(
                 f"{self._name}: what is typed does not come back, as the wiring of a Stamp's "
-                "programming port would have it; look at the cable, SIN and SOUT"
+                "programming port would have it: the Stamp spoke at the same time, which spoils "
+                "both, or there is no such wiring; type less at a time, or look at the cable"
             )
         self._recent += data
         if len(self._recent) < GARBAGE_BYTES:

@@ -130,13 +130,19 @@ def sensors_verb(console: Console, /, port: str, robot: str | None, **given: Any
 @contextmanager
 def _hook(port: str, reset: bool) -> "Iterator[BenchHook]":
     """Open the conversation with a locomotion controller, and say hello."""
+    from cgagen.errors import RigError
     from cgagen.link.bench_hook import BenchHook
     from cgagen.verbs.emulated_port import named_port
 
     with named_port(port, "locomotion") as name, BenchHook(name) as hook:
         if reset:
             hook.reset()
-        hook.hello()
+        try:
+            hook.hello()
+        except RigError as error:
+            if reset:
+                raise
+            raise type(error)(f"{error} (--reset does that by DTR)") from error
         yield hook
 
 

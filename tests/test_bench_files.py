@@ -1,11 +1,15 @@
 """Benches: files, what can be in them, and those that are refused."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from cgagen.build.bench import bench_text
+from cgagen.emulator import bench_file
 from cgagen.emulator.bench_file import parse_bench, read_bench
+from cgagen.emulator.fault_kinds import FAULTS
+from cgagen.emulator.part_kinds import PARTS
 from cgagen.emulator.parts.photocell import Photocell
 from cgagen.emulator.parts.probe import Probe
 from cgagen.emulator.parts.servo import Servo
@@ -196,6 +200,42 @@ from_ms = 50
     assert bench.wires["a"].level == 0
     bench.run(120 * MS)
     assert bench.wires["a"].level is None
+
+
+NEEDED = {
+    "photocell": "capacitor_uf = 1",
+    "late_echo": 'part = "s"\nlate_us = 1',
+    "no_echo": 'part = "s"',
+    "stuck": 'end = "main.P4"\nlevel = 1',
+    "open": 'end = "main.P4"',
+    "short": 'wire = "w"\nlevel = 1',
+    "bridge": 'wires = ["w", "v"]',
+    "noise": 'end = "main.P4"\nevery_us = 9\nwidth_us = 1',
+    "brown_out": 'chips = ["main"]',
+}
+"""Settings that a kind cannot do without."""
+
+
+@pytest.mark.parametrize("section", ["part", "fault"])
+def test_what_can_be_in_a_file_is_described(section: str, tmp_path: Path) -> None:
+    """Every kind has a row in the module's text, with all its ends and settings."""
+    (tmp_path / "main.bin").write_bytes(bytes(2048))
+    described = re.findall(r"^    (\w+) +(\S.*(?:\n {33}.*)?)$", bench_file.__doc__ or "", re.M)
+    rows = {word: set(re.findall(r"\w+", rest)) for word, rest in described}
+    for kind in PARTS if section == "part" else FAULTS:
+        part = PARTS.get(kind)
+        leads = () if part is None else (*part.leads, *part.optional)
+        ends = [f'"x.{lead}", "main.P{n}"' for n, lead in enumerate(leads)]
+        wires = "".join(f"[wire.w{n}]\nends = [{end}]\n" for n, end in enumerate(ends))
+        text = (
+            CHIP + '[part.s]\nkind = "ping"\n[wire.w]\nends = ["s.signal", "main.P4"]\n'
+            f'[wire.v]\nends = ["main.P5"]\n{wires}'
+            f'[{section}.x]\nkind = "{kind}"\n{NEEDED.get(kind, "")}\n"?" = 1\n'
+        )
+        with pytest.raises(BenchError, match=r"no such key; known here: ") as refused:
+            parse_bench(text, "b", tmp_path)
+        known = set(re.findall(r"\w+", str(refused.value).rpartition(": ")[2]))
+        assert rows[kind] >= known - {"kind", "from_ms", "until_ms"} | set(leads), kind
 
 
 @pytest.mark.parametrize("role", ["predator", "prey"])

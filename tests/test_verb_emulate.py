@@ -212,5 +212,7 @@ def test_a_session_repeats_exactly(tokenizer: Tokenizer) -> None:
         )
         outcome = run_session(bench, chip, conversation)
         assert outcome.why is Why.END
+        assert heard
+        assert not bench.host("main").unread, "what was shown is kept"
         seen.append((heard, outcome))
     assert seen[0] == seen[1]

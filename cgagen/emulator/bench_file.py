@@ -27,7 +27,30 @@
 Every pin and every lead is on one wire at most. An image for another program slot is a
 `[[chip.main.also]]` with `image` or `source` and `slot`; without any, the further sources that the
 `$STAMP` line of a source names have slots 1 and up. `[chip.main.timing]` replaces durations
-of `cgagen.emulator.timing`.
+of `cgagen.emulator.timing`. A chip's ends are P0 to P15, SIN and SOUT. Times begin with the bench.
+
+The kinds of parts, with their ends and their settings::
+
+    ping       signal            distance_in or echo_us; without, nothing is in sight
+    srf04      trigger echo      likewise: distance_in, echo_us
+    whisker    signal            touched (false)
+    photocell  signal            capacitor_uf; resistance_ohm or drain_us, without, it is dark
+    servo      signal            centre_us (1500) us_per_deg (10) deg_per_s (300) angle_deg (0)
+                                 mirrored (false)
+    uart       transmit receive  baud (9600) inverted seven_even echo (false) send (a text)
+    probe      signal            limit_edges (100000)
+    signal     output            level changes ([[ms, level], ...]; -1 lets go) resistor (false)
+
+The kinds of faults; each comes at from_ms (0) and goes at until_ms (never)::
+
+    no_echo    part              a sonar stays silent
+    late_echo  part late_us      its echo begins later
+    stuck      end level         a pin reads one level, and nothing comes out of it
+    open       end               the wire is broken there
+    short      wire level        to ground or to the supply
+    bridge     wires             two of them touch
+    noise      end every_us width_us seed (0)
+    brown_out  chips             their supply breaks down; they start anew
 """
 
 import re

@@ -34,7 +34,7 @@ class Conversation(Part):
         silent: nothing more will be typed.
     """
 
-    CIRCUIT: ClassVar[frozenset[str]] = frozenset({"_chip", "_host", "_more"})
+    CIRCUIT: ClassVar[frozenset[str]] = frozenset({"_chip", "_host", "_more", "_seen"})
 
     def __init__(
         self,
@@ -51,7 +51,8 @@ class Conversation(Part):
         self._chip = chip
         self._more = more
         self._host = _line_of(bench, chip.name, echo)
-        self._host.heard = seen
+        self._host.heard = self._heard
+        self._seen = seen
         if not self._host.sends:
             self.silent = True
         self._soon = self.timer(self._type)
@@ -69,6 +70,11 @@ class Conversation(Part):
         """Send what has been typed meanwhile."""
         if not self.silent and not self._host.waiting:
             self._send(self._more(False))
+
+    def _heard(self, byte: int) -> None:
+        """Show a byte; nobody keeps it, for a program may talk for days."""
+        self._host.take()
+        self._seen(byte)
 
     def _chip_waits(self) -> None:
         if self._host.waiting or not self.silent:

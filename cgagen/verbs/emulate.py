@@ -72,6 +72,9 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
 
     Exit code 0 at END or STOP and when the time is over.
 
+    A bench file wires chips, parts and faults; what can be in it says: python -m pydoc
+    cgagen.emulator.bench_file
+
     With --port, other programs talk to the chip as to a Stamp on a serial port: they load programs
     and see what DEBUG says. Without FILE it is an erased chip of that --model.
     """

@@ -9,7 +9,8 @@ import can
 
 from cgagen.emulator.bench import BenchState
 from hil.canbus import CanTarget
-from hil.frames import Frame
+from hil.frames import Frame, frame
+from hil.messages import RIG_CMD, RIG_STATUS, Op, State, unpack
 from hil.rig import RigOnBus
 from hil.rig_protocol import Rig
 from hil.rig_robot import RigRobot
@@ -107,3 +108,21 @@ class Target(CanTarget):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def command(op: int, seq: int = 1, argument: int = 0) -> Frame:
+    return frame(RIG_CMD, OP=op, SEQ=seq, ARG=argument)
+
+
+@cache
+def _shared() -> Rig:
+    return opened(Rig(subject("predator")))
+
+
+def greeted() -> Rig:
+    """One rig for all tests that leave it as it was, greeted anew."""
+    one = _shared()
+    if unpack(RIG_STATUS, one.heartbeat().data)["STATE"] in (State.OFF, State.FAULT):
+        list(one.receive(command(Op.POWER_ON)))
+    list(one.receive(command(Op.HELLO)))
+    return one

@@ -6,11 +6,11 @@ from itertools import islice
 from pathlib import Path
 
 from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
-from cgagen.words import Role
 from hil.benches import Counted, looking
 from hil.emulated import MOST_SONAR_COUNTS, PinsTarget
-from hil.equivalence import Explain, Finding, Heard, Trial, Verdict, blocked, compare
-from hil.explain import Line, deciding_lines, table_line
+from hil.equivalence import Finding, Heard, Trial, Verdict, blocked, compare
+from hil.explain import table_line
+from hil.explainers import explainer
 from hil.outcome import Report
 from hil.proof import prove
 from hil.registers import Compile, RegisterTarget
@@ -20,6 +20,7 @@ from hil.subject import CHIPS, Subject
 from hil.target import Observation, Stimulus, Target
 from hil.timing import try_timing
 from hil.traces import Trace, replay
+from hil.traces.replaying import check_trace
 from hil.walks import try_walks
 from hil.wired_walks import try_legs
 
@@ -55,6 +56,8 @@ def verify(
     Raises:
         TraceError: a trace is of another robot or genome.
     """
+    for trace in traces:
+        check_trace(trace, subject)
     report, counted = Report(subject, level, seed), Counted()
     fast = pin_readings(subject, level, seed) if readings is None else readings
     every = stimuli_of(subject.robot, level, seed) if readings is None else readings
@@ -250,48 +253,3 @@ def try_target(
         return blocked(target.url, error)
     finally:
         target.close()
-
-
-def explainer_elsewhere(subject: Subject, compile_source: Compile) -> Explain:
-    """Return what names the lines behind a difference that another target has shown.
-
-    The program decides once more, from its registers. Where that cannot be done, or it decides
-    otherwise there, no line is named.
-    """
-
-    def explain(finding: Finding) -> tuple[Line, ...]:
-        observed, stimulus = finding.observed, finding.stimulus
-        if observed is None or stimulus is None:
-            return ()
-        try:
-            with RegisterTarget(subject, compile_source) as target:
-                seen = target.decide(stimulus)
-                if seen.command != observed.command or observed.state not in (None, seen.state):
-                    return ()
-                return explainer(subject, target)(replace(finding, observed=seen))
-        except CgagenError:
-            return ()
-
-    return explain
-
-
-def explainer(subject: Subject, target: RegisterTarget) -> Explain:
-    """Return what names the lines behind a difference."""
-    source, file = subject.sources["main"], subject.files["main"]
-
-    def explain(finding: Finding) -> tuple[Line, ...]:
-        expected, observed = finding.expected, finding.observed
-        if observed is None or finding.stimulus is None or expected.state is None:
-            return ()
-        if observed.state == expected.state:
-            line = table_line(source, file, subject.role, expected.state)
-            return (line,) if line else ()
-        variable = "state"
-        if subject.role is Role.PREDATOR and observed.state is not None:
-            same = observed.state // 8 == expected.state // 8
-            variable = "target" if same else "obstacle"
-        stimulus = finding.stimulus
-        counts = (*stimulus.sonars, *stimulus.lights)
-        return deciding_lines(source, file, target.trace(stimulus), variable, counts)
-
-    return explain

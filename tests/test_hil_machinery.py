@@ -13,13 +13,14 @@ from cgagen.tokenizer import Tokenizer
 from hil.decisions import Decision, read_decisions, write_decisions
 from hil.emulated import PinsTarget
 from hil.equivalence import Verdict, compare
+from hil.explainers import explainer, explainer_elsewhere
 from hil.registers import RegisterTarget, calibration
 from hil.simulated import SimulatedTarget
 from hil.stimuli import Level, every_state, neutral, stimuli_of, thresholds
 from hil.subject import Subject, read_subject
 from hil.target import Observation, Stimulus
 from hil.timing import try_timing
-from hil.verify import explainer, explainer_elsewhere, try_sources, try_table, try_target, verify
+from hil.verify import try_sources, try_table, try_target, verify
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 ROLES = ("predator", "prey")

@@ -17,6 +17,7 @@ from cgagen.words import Role
 from hil.canbus import CanTarget
 from hil.emulated import PinsTarget, robot_bench
 from hil.equivalence import Verdict
+from hil.explainers import explainer
 from hil.pipe import BytePipe
 from hil.registers import RegisterTarget
 from hil.rig import RigOnBus
@@ -28,7 +29,6 @@ from hil.traces import Origin, Replay, Trace, listening, read_trace, replay, wri
 from hil.traces.listening import Listener, record_telemetry
 from hil.traces.recording import origin_of, record_readings, without_decisions
 from hil.traces.vectors import parse_vectors
-from hil.verify import explainer
 from hil.wired import WiredTarget
 from tests.rig_cases import channel
 from tests.subjects import subject

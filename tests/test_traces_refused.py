@@ -225,6 +225,20 @@ def test_times_from_frame_to_frame_are_refused(tmp_path: Path) -> None:
         read_trace(path, PREDATOR)
 
 
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
+def test_a_cut_blf_is_refused_wherever_it_ends(share: float, tmp_path: Path) -> None:
+    """It would be read as a shorter trace, where a container ends at the cut or is cut itself."""
+    path = tmp_path / "a.blf"
+    with can.Logger(path) as writer:
+        for message in messages(some(predator(), 54), channel=0):
+            writer.on_message_received(message)
+    data = path.read_bytes()
+    cut = int(len(data) * share)
+    path.write_bytes(data[:cut])
+    with pytest.raises(TraceError, match=f"byte {cut}: the file ends here, .* {len(data)} bytes"):
+        read_trace(path, PREDATOR)
+
+
 # -- Whatever else is in a file
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
+import hil.verify
 from cgagen.cli import cgagen
 from cgagen.errors import CgagenError
 from cgagen.serve import serve
@@ -19,6 +20,7 @@ from hil.subject import read_subject
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 GENOME = str(FIRMWARE / "reference.genome")
 TRACES = Path(__file__).parent.parent / "hil" / "traces"
+HUNT = str(TRACES / "hunt.log")
 CALM = "0,0,0/--/0,0"
 
 
@@ -125,6 +127,17 @@ def test_a_trace_that_was_changed_fails_with_its_line(tmp_path: Path) -> None:
     assert verdicts["hunt.log on emulator"] == "PASS"
     assert f"line {at + 1}" in data["trials"]["changed.csv on emulator"]["reason"]
     assert f"--trace {trace}" in data["again"]
+
+
+def test_a_trace_of_another_genome_is_refused_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    genome = tmp_path / "other.genome"
+    text = Path(GENOME).read_text("utf-8")
+    genome.write_text(re.sub(r"^100 000", "101 000", text, count=1, flags=re.MULTILINE), "utf-8")
+    monkeypatch.setattr(hil.verify, "try_sources", None)  # what is tried first
+    result = call("verify", str(genome), "--build", str(FIRMWARE / "predator"), "--trace", HUNT)
+    assert "hunt.log: its decisions are those of genome" in str(result.exception)
 
 
 @pytest.mark.parametrize(

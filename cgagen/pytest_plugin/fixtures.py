@@ -112,11 +112,13 @@ def hil_check(
     """
 
     def once(target: "Target", stimuli: "Sequence[Stimulus] | Trace") -> "Trial":
-        verify, compile_source = load("hil.verify"), load("cgagen.tokenizer").compile_source
+        explainers = load("hil.explainers")
         explain = (
-            verify.explainer(hil_subject, target)
+            explainers.explainer(hil_subject, target)
             if hasattr(target, "trace")
-            else verify.explainer_elsewhere(hil_subject, compile_source)
+            else explainers.explainer_elsewhere(
+                hil_subject, load("cgagen.tokenizer").compile_source
+            )
         )
         trial: Trial
         if hasattr(stimuli, "samples"):

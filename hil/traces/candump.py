@@ -181,7 +181,7 @@ def _messages(path: Path, name: str) -> Iterator[Row]:
         # Each is given a file of ours, because one that fails on its first bytes leaves it open.
         with io.BytesIO(data) as file, io.TextIOWrapper(file, "latin-1") as text:
             if suffix == ".blf":
-                messages: Iterable[Any] = BLFReader(file)
+                messages: Iterable[Any] = _whole(BLFReader(file), len(data), name)
             else:
                 messages = ASCReader(text) if suffix == ".asc" else TRCReader(text)
             for message in messages:
@@ -203,6 +203,18 @@ def _messages(path: Path, name: str) -> Iterator[Row]:
         raise refused(
             name, f"behind frame {number}", f"python-can cannot read on ({words})"
         ) from error
+
+
+def _whole(reader: Any, length: int, name: str) -> Any:
+    """Return a reader of .blf, unless its file was cut; it would end quietly at any container."""
+    if length < reader.file_size:
+        raise refused(
+            name,
+            f"byte {length}",
+            f"the file ends here, and its head says that it has {reader.file_size} bytes",
+            "fetch it again",
+        )
+    return reader
 
 
 def _row_of(message: Any, name: str, number: int) -> Row:

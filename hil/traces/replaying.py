@@ -51,7 +51,7 @@ def replay(
     Raises:
         TraceError: the trace is of another robot, or its decisions are of another genome.
     """
-    _check(trace, subject)
+    check_trace(trace, subject)
     trial = compare(subject, target, trace.stimuli, explain)
     result = Replay(**{one.name: getattr(trial, one.name) for one in fields(Trial)})
     result.trace = trace.name
@@ -82,7 +82,12 @@ def replay(
     return result
 
 
-def _check(trace: Trace, subject: Subject) -> None:
+def check_trace(trace: Trace, subject: Subject) -> None:
+    """Refuse a trace that says nothing about a subject.
+
+    Raises:
+        TraceError: it is of another robot, or its decisions are of another genome.
+    """
     robot, origin = subject.robot, trace.origin
     for sample in trace.samples:
         odd = check_shape(sample.stimulus, robot)

@@ -56,6 +56,19 @@ def test_a_fault_that_ends_the_run_is_named(emulate: Emulate, program: Program) 
     assert "it.bs2:5: a: main.P1 drives 1, main.P2 drives 0" in err
 
 
+def test_a_chip_without_supply_is_no_endless_run(emulate: Emulate, program: Program) -> None:
+    program(BASIC + 'DEBUG "a"\nPAUSE 1000\nDEBUG "b"\nEND\n')
+    bench = (
+        'format = "cgagen-bench-1"\n[chip.main]\nsource = "it.bs2"\n'
+        '[fault.off]\nkind = "brown_out"\nchips = ["main"]\nfrom_ms = 50\n'
+    )
+    code, out, err = emulate(program(bench, "it.toml"), "--until-end", "--expect-end")
+    assert (code, out) == (9, "a")
+    assert "fault off: made a difference once at 0.050000 s" in err
+    code, out, _ = emulate(program(bench + "until_ms = 90\n", "it.toml"), "--until-end")
+    assert (code, out) == (0, "aab")
+
+
 def test_json_has_what_parts_have_seen(emulate: Emulate, program: Program) -> None:
     program(SONAR)
     code, out, _ = emulate(program(BENCH + SILENCE, "it.toml"), "--json", "--pin", "9=1")

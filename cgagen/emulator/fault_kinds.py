@@ -4,16 +4,12 @@ from collections.abc import Callable
 
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_table import LONGEST_US, BenchTable
-from cgagen.emulator.clock import NEVER_NS
 from cgagen.emulator.parts.fault import BrownOut, Fault
 from cgagen.emulator.parts.noise import Noise
 from cgagen.emulator.parts.sonar import Sonar
 from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho
 from cgagen.emulator.parts.wire_faults import Bridge, Open, Short, Stuck
 from cgagen.emulator.wires import Wire
-
-OFF_NS = NEVER_NS >> 1
-"""As long as a chip without supply is held in reset."""
 
 
 def make_fault(bench: Bench, name: str, kind: str, table: BenchTable) -> Fault:
@@ -80,7 +76,10 @@ def _brown_out(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fau
 
     def power(on: bool) -> None:
         for chip in chips:
-            chip.reset(0 if on else OFF_NS)
+            if on:
+                chip.reset()
+            else:
+                chip.hold()
 
     return BrownOut(name, bench.clock, power, *times)
 

@@ -13,7 +13,7 @@ import traceback
 import click
 
 from cgagen import __version__
-from cgagen.errors import CgagenError
+from cgagen.errors import CgagenError, ToolchainError
 from cgagen.verbs.console import Console, with_json
 
 VERBS: dict[str, tuple[str, str]] = {
@@ -36,6 +36,12 @@ VERBS: dict[str, tuple[str, str]] = {
     "info": ("info", "Describe a genome, run, robot, build, image or trace."),
     "benchmark": ("benchmark", "Measure speed on this machine, as rates and ratios."),
 }
+
+
+POSIX_MODULES = frozenset({"fcntl", "grp", "pty", "termios", "tty"})
+"""Of Python's own, which Windows does not have."""
+
+POSIX = "Linux or macOS; on Windows, run cgagen in the Windows Subsystem for Linux"
 
 
 class LazyGroup(click.Group):
@@ -119,6 +125,9 @@ def main(arguments: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and error.name in POSIX_MODULES:
+            print(f"cgagen: this verb needs {POSIX}", file=sys.stderr)
+            return ToolchainError.exit_code
         print(
             f"cgagen: a bug of ours ({type(error).__name__}: {error}); "
             "run it again with -v and report what it prints",

@@ -95,6 +95,16 @@ def test_a_bug_is_a_sentence_too(
     assert "Traceback" not in err
 
 
+@pytest.mark.parametrize("verb", ["ports", "evolve"])
+def test_windows_is_told_where_it_runs(verb: str) -> None:
+    lacks = "import sys; sys.modules.update(fcntl=None, termios=None, pty=None, grp=None)"
+    code = f"{lacks}; from cgagen.cli import main; sys.exit(main(['{verb}']))"
+    words = [sys.executable, "-c", code]
+    done = subprocess.run(words, check=False, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 4
+    assert "needs Linux or macOS; on Windows" in done.stderr
+
+
 def test_every_error_has_its_own_sentence_and_code() -> None:
     leaves = CgagenError.__subclasses__()
     assert {leaf.exit_code for leaf in leaves} <= set(range(3, 12))

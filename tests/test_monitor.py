@@ -245,6 +245,16 @@ def test_ctrl_c_while_it_is_reset(
     assert ": 0 bytes in " in capsys.readouterr().err
 
 
+def test_a_log_that_cannot_be_written(
+    prey_url: "Callable[[], BytePipe]", capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The disk is full; and what else fails meanwhile is no fault of the log."""
+    words = ["--input", "", "--reset", "--log", "/dev/full", "--force", "--for", "60s"]
+    with prey_url() as pipe:
+        assert main(["monitor", "--port", pipe.url, *words]) == 3
+    assert "/dev/full: cannot be written (No space left on device)" in capfd.readouterr().err
+
+
 def test_nobody_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log, old = tmp_path / "new.log", tmp_path / "old.log"
     old.write_text("what was there", "utf-8")

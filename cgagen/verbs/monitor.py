@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import click
 
@@ -65,9 +65,8 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
     text = given["text"]
     more = from_stdin(True, lambda: None) if text in (None, "-") else from_text(text)
     # The log comes second: a port that does not open costs nobody an older log.
-    with locked_port(port, given["baud"]) as wire, _log(given["log"], given["force"]) as file:
-        sinks += [file.write] if file else []
-        listener = Listener(port, wire, sinks, console.note)
+    with locked_port(port, given["baud"]) as wire, _log(given["log"], given["force"]) as log:
+        listener = Listener(port, wire, [*sinks, *log], console.note)
         limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
         try:
             if given["reset"]:
@@ -145,17 +144,27 @@ def _decoded(
 
 
 @contextmanager
-def _log(path: Path | None, force: bool) -> Iterator[BinaryIO | None]:
-    """Open a log that is whole up to the last byte, whatever ends the session."""
+def _log(path: Path | None, force: bool) -> Iterator[list[Callable[[bytes], Any]]]:
+    """Give what writes a log that is whole up to the last byte; nothing where none is wanted."""
     if path is None:
-        yield None
+        yield []
         return
     try:
-        with path.open("wb" if force else "xb", buffering=0) as file:
-            yield file
+        file = path.open("wb" if force else "xb", buffering=0)
     except FileExistsError as error:
         raise FolderError(f"{path}: is there already; choose another, or give --force") from error
     except OSError as error:
-        raise StorageError(
-            f"{path}: cannot be written ({error.strerror}); choose another"
-        ) from error
+        raise _unwritable(path, error) from error
+
+    def write(data: bytes) -> None:
+        try:
+            file.write(data)
+        except OSError as error:
+            raise _unwritable(path, error) from error
+
+    with file:
+        yield [write]
+
+
+def _unwritable(path: Path, error: OSError) -> StorageError:
+    return StorageError(f"{path}: cannot be written ({error.strerror}); choose another")

@@ -64,8 +64,8 @@ def verify(
     with looking(counted):
         report.add("sources", try_sources(subject, compile_source))
         with_registers(report, subject, compile_source, every)
-        if report.trials["sources"].agreed.get(0) == 0:
-            _try_edited(report, subject, compile_source, every)
+        if 0 in report.trials["sources"].agreed.values():
+            _try_edited(report, subject, compile_source, every, fast)
         if readings is None:
             with_cells(report, subject, compile_source)
         ear = report.evidence.ear
@@ -157,12 +157,23 @@ def try_sources(subject: Subject, compile_source: Compile) -> Trial:
 
 
 def _try_edited(
-    report: Report, subject: Subject, compile_source: Compile, every: Sequence[Stimulus]
+    report: Report,
+    subject: Subject,
+    compile_source: Compile,
+    every: Sequence[Stimulus],
+    fast: Sequence[Stimulus],
 ) -> None:
-    """Try what the main controller's source compiles to, where the image is something else."""
-    compiled = compile_source(subject.sources["main"], subject.files["main"])
-    edited = replace(subject, images={**subject.images, "main": compiled.image})
-    with_registers(report, edited, compile_source, every, "source ")
+    """Try what the sources compile to, where the images are something else."""
+    images = dict(subject.images)
+    for number, name in enumerate(CHIPS):
+        if report.trials["sources"].agreed.get(number) == 0:
+            images[name] = compile_source(subject.sources[name], subject.files[name]).image
+    edited = replace(subject, images=images)
+    if images["main"] is not subject.images["main"]:
+        with_registers(report, edited, compile_source, every, "source ")
+        report.add("source emulator", try_target(edited, lambda: PinsTarget(edited), fast))
+    if images["locomotion"] is not subject.images["locomotion"]:
+        report.add("source movements", try_walks(edited))
 
 
 def with_registers(

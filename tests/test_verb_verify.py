@@ -68,6 +68,24 @@ def test_a_hand_edited_source_fails_with_a_reading_and_a_line(build: Path) -> No
     assert data["again"].endswith("--reading 1843,0,0/--/0,0")
 
 
+def test_edited_sources_are_tried_by_their_pins_and_their_pulses(build: Path) -> None:
+    """Sensing that was edited is not seen from registers, nor legs by any decision."""
+    for name, old, new in (
+        ("main.bsp", "PULSIN SonarLeft, 1, echo(Left)", "PULSIN SonarLeft, 1, echo(Right)"),
+        ("locomotion.bs2", "SwingE          DATA    221", "SwingE          DATA    211"),
+    ):
+        text = (build / name).read_text("ascii")
+        assert text.count(old) == 1, text
+        (build / name).write_text(text.replace(old, new), "ascii")
+    code, data = verify("--build", str(build))
+    verdicts = {name: trial["verdict"] for name, trial in data["trials"].items()}
+    failed = {name for name, verdict in verdicts.items() if verdict == "FAIL"}
+    assert (code, failed) == (9, {"sources", "source emulator", "source movements"})
+    assert verdicts["emulator"] == verdicts["movements"] == "PASS"
+    assert data["smallest"]["reading"] == "0,0,1842/--/0,0"
+    assert "ROTATE_RIGHT was asked for" in data["trials"]["source movements"]["reason"]
+
+
 def test_a_changed_byte_in_an_image_fails_and_the_command_shows_it_again(build: Path) -> None:
     image = build / "main.bin"
     eeprom = bytearray(image.read_bytes())

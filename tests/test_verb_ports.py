@@ -28,7 +28,13 @@ def test_ports_are_listed_with_what_is_behind_them(
             "/dev/gone (0403:6001): it is not there; look at the cable, and at `cgagen ports`",
         ]
         assert main(["--json", "ports", "--identify"]) == 0
-    told = json.loads(capsys.readouterr().out)
+        told = json.loads(capsys.readouterr().out)
+        assert main(["doctor", "--identify"]) == 0
+    diagnoses = capsys.readouterr().out.splitlines()[-2:]
+    assert diagnoses == [
+        f"ok      port {urls['main']}: BS2p24, interpreter version 1.0",
+        "-       port /dev/gone: it is not there; look at the cable, and at `cgagen ports`",
+    ]
     assert told[0]["found"]["module"] == "BS2p24"
     assert told[1]["found"] is None
 

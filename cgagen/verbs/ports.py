@@ -25,14 +25,14 @@ def ports_verb(console: Console, /, identify: bool) -> None:
     from cgagen.link.ports import NONE
 
     conditions = all_conditions()
-    modules = {one.port.device: _ask(one) for one in conditions} if identify else {}
+    modules = {one.port.device: ask(one) for one in conditions} if identify else {}
     console.result(
         [_data(one, modules) for one in conditions],
         "\n".join(_text(one, modules) for one in conditions) or NONE,
     )
 
 
-def _ask(one: "Condition") -> tuple[dict[str, Any] | None, str]:
+def ask(one: "Condition") -> tuple[dict[str, Any] | None, str]:
     """Return the module of a port, and the words about it; no module where none answers."""
     from cgagen.errors import CgagenError
     from cgagen.flash import identify_port

@@ -37,19 +37,21 @@ def setup_verb(console: Console, offline: Path | None, force: bool) -> None:
 
 
 @click.command("doctor", epilog=TOOLCHAIN)
+@click.option("--identify", is_flag=True, help="Reset what hangs on the ports, and ask who it is.")
 @click.pass_context
-def doctor_verb(context: click.Context) -> None:
+def doctor_verb(context: click.Context, identify: bool) -> None:
     """Say line by line what this machine has, what is missing, and how to mend it.
 
-    Serial ports are looked at and not opened, so nothing is reset. Exit code 4 if something is
-    missing without which nothing compiles.
+    Serial ports are looked at and not opened, so nothing is reset; with --identify they are, and
+    what is wrong with cable, adapter and Stamp is told. Exit code 4 if something is missing
+    without which nothing compiles.
     """
     from dataclasses import asdict
 
     from cgagen.errors import ToolchainError
     from cgagen.tokenizer.doctor import examine
 
-    checks = (*examine(), *_ports())
+    checks = (*examine(), *_ports(identify))
     healthy = all(check.ok for check in checks if check.needed)
     console: Console = context.obj
     console.result(
@@ -59,11 +61,16 @@ def doctor_verb(context: click.Context) -> None:
     context.exit(0 if healthy else ToolchainError.exit_code)
 
 
-def _ports() -> "list[Check]":
+def _ports(identify: bool) -> "list[Check]":
     """Return a check for each serial port; no compile needs one."""
     from cgagen.link.condition import all_conditions
     from cgagen.link.ports import NONE
     from cgagen.tokenizer.doctor import Check
+    from cgagen.verbs.ports import ask
 
-    found = [Check(f"port {one.port.device}", one.ok, False, one.says) for one in all_conditions()]
+    found = []
+    for one in all_conditions():
+        module, says = ask(one) if identify else (None, one.says)
+        ok = module is not None if identify else one.ok
+        found.append(Check(f"port {one.port.device}", ok, False, says))
     return found or [Check("ports", False, False, NONE)]

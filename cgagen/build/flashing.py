@@ -70,8 +70,8 @@ def flash_in_turn(
                 raise
             why = str(error) or f"{port}: stopped"
             raise FlashError(
-                f"{why}; {' and '.join(reports)} went in before, so what is in the chips does not "
-                "belong together: flash all of it again before it runs"
+                f"{why}; {' and '.join(reports)} went in before: flash all of it again before it "
+                "runs"
             ) from error
     return reports
 

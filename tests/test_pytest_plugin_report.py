@@ -93,6 +93,30 @@ def test_what_cannot_be_written_is_a_sentence(tmp_path: Path) -> None:
     assert "INTERNALERROR" not in ended.stdout
 
 
+def test_what_could_not_be_set_up_says_nothing_of_the_firmware(tmp_path: Path) -> None:
+    (tmp_path / "test_own.py").write_text("def test_it(hil_trace): pass\n")
+    (tmp_path / "bad.csv").write_text("nothing\n")
+    words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=r.json", "--hil-trace=bad.csv")
+    ended = inside(tmp_path, *words)
+    assert "bad.csv: line 1: column 1 is 'nothing'" in ended.stdout, ended.stdout
+    assert json.loads((tmp_path / "r.json").read_text())["verdict"] == "BLOCKED"
+
+
+def test_a_worker_that_dies_is_no_pass(tmp_path: Path) -> None:
+    (tmp_path / "test_own.py").write_text(
+        "import os\n"
+        "def test_it(hil_check, hil_oracle, hil_stimuli):\n"
+        "    hil_check(hil_oracle, hil_stimuli[:3])\n"
+        "def test_dies(hil_subject):\n"
+        "    os._exit(3)\n"
+    )
+    words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=r.json", "-n", "2")
+    ended = run(tmp_path, *words)
+    assert "1 failed, 1 passed" in ended.stdout, ended.stdout
+    assert "BLOCKED: 1 workers have died" in ended.stdout
+    assert json.loads((tmp_path / "r.json").read_text())["verdict"] == "BLOCKED"
+
+
 def test_workers_of_xdist_share_one_report(tmp_path: Path) -> None:
     (tmp_path / "test_own.py").write_text(
         "import pytest\n"

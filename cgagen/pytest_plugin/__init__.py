@@ -219,25 +219,24 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> object | None:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Say BLOCKED of a test that a sick bench has stopped, and a sentence where that is all."""
+    """Say BLOCKED of a test that could not be made, and a sentence where that says all."""
     report = yield
     if call.excinfo is not None and _of_firmware(item):
-        if blocked(call.excinfo.value):
+        error, sets_up = call.excinfo.value, call.when == "setup"
+        if blocked(error, sets_up):
             report.user_properties.append((VERDICT, "BLOCKED"))
-        if call.when == "setup" and report.failed:
+        if sets_up and report.failed:
             if FILES in item.stash:
-                item.stash[FILES].finish(str(call.excinfo.value))
-            if is_a_sentence(call.excinfo.value) and not item.config.getoption("fulltrace", False):
+                item.stash[FILES].finish(str(error))
+            if is_a_sentence(error) and not item.config.getoption("fulltrace", False):
                 report.longrepr = call.excinfo.getrepr(style="value", chain=False)
     return report
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any, error: object) -> None:
-    """Take what a worker of pytest-xdist has found."""
-    handed = getattr(node, "workeroutput", {}).get(WORKER)
-    if handed:
-        node.config.stash[SESSION].take(handed)
+    """Take what a worker of pytest-xdist has found; one that has died has lost it."""
+    node.config.stash[SESSION].take(getattr(node, "workeroutput", {}).get(WORKER))
 
 
 @pytest.hookimpl(trylast=True)

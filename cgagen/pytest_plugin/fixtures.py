@@ -247,10 +247,11 @@ def reset(target: "Target") -> None:
         target.reset()
 
 
-def blocked(error: BaseException) -> bool:
-    """Whether an error says that the bench is sick, and nothing of the firmware."""
+def blocked(error: BaseException, sets_up: bool = False) -> bool:
+    """Whether an error says nothing of the firmware: the bench is sick, or was never set up."""
     known = errors()
-    return isinstance(error, known.RigError) and not isinstance(error, known.TargetTimeout)
+    sick = isinstance(error, known.RigError) or (sets_up and is_a_sentence(error))
+    return sick and not isinstance(error, known.TargetTimeout)
 
 
 def missing(config: pytest.Config, words: str) -> NoReturn:

@@ -58,6 +58,7 @@ class HilSession:
         self._asked: HilConfig | None = None
         self._evidence: dict[str, Evidence] = {}
         self._handed: list[dict[str, Any]] = []
+        self._lost = 0
         self._counted: Counted | None = None
         self._stack = ExitStack()
 
@@ -125,9 +126,10 @@ class HilSession:
                 tests = self.requirements.setdefault(str(value), [])
                 tests += [] if report.nodeid in tests else [report.nodeid]
 
-    def take(self, handed: str) -> None:
-        """Take what a worker hands over."""
-        self._handed += json.loads(handed)
+    def take(self, handed: str | None) -> None:
+        """Take what a worker hands over; None from one that has died."""
+        self._lost += handed is None
+        self._handed += json.loads(handed or "[]")
 
     def hand_over(self) -> str:
         """Return what was found, for the controller."""
@@ -140,6 +142,8 @@ class HilSession:
             return []
         robots = self._robots()
         lines = [line for robot in robots for line in self._told(robot)]
+        if self._lost:
+            lines.append(f"BLOCKED: {self._lost} workers have died with what they had found")
         try:
             if self.asked.coverage is not None:
                 lines += load("hil.coverage_files").write_coverage(self.asked.coverage, robots)
@@ -235,7 +239,8 @@ class HilSession:
             self.again(),
             [report.read_kills(path) for path in self.asked.kills],
             requirements.matrix(texts, self.requirements, self.outcomes),
-            [words[one] for one in self.outcomes.values() if one in words],
+            [words[one] for one in self.outcomes.values() if one in words]
+            + [verdict.BLOCKED] * self._lost,
         )
         files: list[Path] = report.write_reports(self.asked.reports, data)
         return files

@@ -124,13 +124,16 @@ def test_addresses_are_stored_bit_first(address: int) -> None:
 
 
 def test_a_pin_is_judged_by_opcode_and_model() -> None:
-    # push 16 (width 4, no more bits), then opcode 0x2E: LCDCMD on a BS2p, nothing on a BS2.
-    lcd = "1" + "100100" + "0" + "0" + f"{0x2E:06b}"
+    push_16 = "1" + "100100" + "0"  # width 4, no more bits
+    lcd = 2 * push_16 + "0" + f"{0x2E:06b}"  # LCDCMD on a BS2p, nothing on a BS2
     assert wrong_pin(lcd, 0, chip("BS2p")) == (16, 15)
-    assert wrong_pin(lcd, 0, BS2) is None
-    high = "1" + "100100" + "0" + "0" + f"{0x05:06b}"
-    assert wrong_pin(high, 0, BS2) == (16, 15)
-    assert wrong_pin(high.replace("0000101", "0100000"), 0, BS2) is None  # SEROUT
+    with pytest.raises(ImageError, match="no instruction of code 2Eh"):
+        wrong_pin(lcd, 0, BS2)
+    assert wrong_pin(push_16 + "0" + f"{0x05:06b}", 0, BS2) == (16, 15)  # HIGH
+    item = "1000001" + "0" + "0"
+    assert wrong_pin(2 * push_16 + "0" + f"{0x20:06b}" + item, 0, BS2) is None  # SEROUT
+    flow = 3 * push_16 + "0" + f"{0x21:06b}" + item
+    assert wrong_pin(flow, 0, BS2) == (16, 15)
 
 
 def test_of_statements_with_one_address_the_last_owns_it() -> None:

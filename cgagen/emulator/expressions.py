@@ -4,9 +4,8 @@ from cgagen.emulator.arithmetic import binary_operators, unary_operators
 from cgagen.emulator.registers import FIRST_VARIABLE, Registers
 from cgagen.emulator.timing import Timing
 from cgagen.emulator.unknowns import Unknowns
+from cgagen.stamp.bits import ELEMENT_BITS
 from cgagen.stamp.program import Expression, Kind, Token
-
-_ELEMENT_BITS = {1: 8, 4: 6, 8: 5, 16: 4}
 
 
 class Evaluator:
@@ -69,7 +68,7 @@ def token_bits(token: Token) -> int:
     if token.kind is Kind.CONSTANT:
         width = token.value.bit_length() - 1  # of a power of 2 it is not needed
         return 7 + (width if token.value & token.value - 1 else 0)
-    return 6 + _ELEMENT_BITS[token.size_bits]
+    return 6 + ELEMENT_BITS[token.size_bits]
 
 
 def expression_bits(expression: Expression) -> int:

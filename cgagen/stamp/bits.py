@@ -9,8 +9,11 @@ STREAM_BITS = 8 * EEPROM_BYTES
 
 ADDRESS_BITS = 14
 
-_SIZES = ((8, 1), (6, 4), (5, 8), (4, 16))
-"""Bits of the element number, and bits of the variable, by the code's last two bits. Ref: S3."""
+ELEMENT_BITS = {1: 8, 4: 6, 8: 5, 16: 4}
+"""Bits of the element number by those of the variable. Ref: S3."""
+
+_SIZES = (*ELEMENT_BITS,)
+"""Bits of a variable by the last two of its code. Ref: S3."""
 
 
 class BitReader:
@@ -69,9 +72,9 @@ class BitReader:
             return Token(Kind.OPERATOR, code)
         if code < 0x30:
             return Token(Kind.CONSTANT, self._constant(code & 15))
-        element_bits, size_bits = _SIZES[code & 3]
+        size_bits = _SIZES[code & 3]
         kind = Kind.WRITE if code & 8 else Kind.READ
-        return Token(kind, self.take(element_bits), size_bits, bool(code & 4))
+        return Token(kind, self.take(ELEMENT_BITS[size_bits]), size_bits, bool(code & 4))
 
     def _constant(self, width: int) -> int:
         more = self.flag()

@@ -6,6 +6,7 @@ from cgagen.stamp.bits import refused
 from cgagen.stamp.chips import Chip
 from cgagen.stamp.list_items import input_text, output_text
 from cgagen.stamp.opcodes import Tail
+from cgagen.stamp.pins import PROGRAMMING_PORT
 from cgagen.stamp.program import Expression, Instruction, Kind, constant_of, label_address
 from cgagen.stamp.wording import (
     expression_text,
@@ -15,8 +16,6 @@ from cgagen.stamp.wording import (
     read_by,
     write_text,
 )
-
-PROGRAMMING_PORT = 16
 
 _TEMPLATES = {
     # name: what stands behind the word; {items} is the list, {write} the variable

@@ -9,6 +9,8 @@ from hil.subject import Subject
 from hil.target import Stimulus
 from hil.trial import Trial
 
+FAST_UNIT_NS = 1_000
+
 
 class MainTrial(Trial):
     """A main controller with all its sensors forced, and ears on its pins."""
@@ -34,6 +36,11 @@ class MainTrial(Trial):
                 self.event("look" if pin == self.first_pin else "")
 
         return changed
+
+    @property
+    def fast(self) -> bool:
+        """Whether the chip is one that computes fast: those count in units of less than 1 us."""
+        return self.robot.main.pulsout_unit_ns < FAST_UNIT_NS
 
     @property
     def drives(self) -> int:

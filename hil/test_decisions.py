@@ -8,7 +8,9 @@ from typing import Any
 
 import pytest
 
+from cgagen.tokenizer import compile_source
 from cgagen.words import Role, situations_of
+from hil.conduct import try_conduct
 from hil.equivalence import Trial
 from hil.evidence import Evidence
 from hil.registers import RegisterTarget
@@ -81,6 +83,14 @@ def test_the_longest_decision_and_all_frames_are_in_time(
     _needs_step_line(hil_subject)
     trial, hil_evidence.timing = try_timing(hil_subject)
     hil_judge(trial)
+
+
+@pytest.mark.hil_req("GO", "BENCH", "FRAMES")
+def test_both_controllers_conduct_themselves(hil_subject: Subject, hil_judge: Judge) -> None:
+    """On all lines and on the port: one chip at a time, the other one played by hand."""
+    _needs_step_line(hil_subject)
+    trial = hil_judge(try_conduct(hil_subject, compile_source))
+    assert trial.decisions == 2
 
 
 def _needs_step_line(subject: Subject) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
 from hil.benches import Counted, looking
+from hil.conduct import try_conduct
 from hil.emulated import MOST_SONAR_COUNTS, PinsTarget
 from hil.equivalence import Finding, Heard, Trial, Verdict, blocked, compare
 from hil.explain import table_line
@@ -71,7 +72,7 @@ def verify(
         ear = report.evidence.ear
         report.add("emulator", try_target(subject, lambda: PinsTarget(subject), fast, ear))
         if readings is None:
-            _with_walks(report, subject)
+            _with_walks(report, subject, compile_source)
         for trace in traces:
             _with_trace(report, subject, lambda: PinsTarget(subject), trace)
     for make in others:
@@ -111,13 +112,14 @@ def _with_trace(report: Report, subject: Subject, make: Callable[[], Target], tr
     report.add(f"{Path(trace.name).name} on {target.url}", trial)
 
 
-def _with_walks(report: Report, subject: Subject) -> None:
-    """Try the movements, and the time that the robot takes, for which it needs a step line."""
+def _with_walks(report: Report, subject: Subject, compile_source: Compile) -> None:
+    """Try the movements, and with a step line the robot's time, and its conduct on all lines."""
     report.add("movements", try_walks(subject))
     if subject.robot.link.step_line is None:
         return
     trial, report.evidence.timing = try_timing(subject)
     report.add("timing", trial)
+    report.add("conduct", try_conduct(subject, compile_source))
 
 
 def pin_readings(subject: Subject, level: Level, seed: int = SEED) -> list[Stimulus]:

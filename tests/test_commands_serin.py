@@ -1,7 +1,7 @@
 """SERIN: what it makes of bits on a wire."""
 
 import pytest
-from command_bench import MS, US, Bench, Got, Task, ToyPort
+from command_bench import MS, US, Bench, Got, Task, ToyPort, finished
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -185,6 +185,14 @@ def test_parity() -> None:
     assert (task.result, first.taken) == (None, [ord("a")])
 
 
+@given(byte=st.integers(0, 127), bad=st.booleans())
+def test_parity_is_even_for_every_byte(byte: int, bad: bool) -> None:
+    got = Got()
+    data = bytes([byte])
+    task = received([got], data, baud=84 | SEVEN, bad_parity=bad, parity_target=5)
+    assert (task.result, got.taken) == ((Jump(5), []) if bad else (None, [byte]))
+
+
 def test_serin_permits_while_it_listens() -> None:
     """S9 (1.8) p. 316: go at its start, stop when it has what it wants, and when it gives up."""
     for mode, go in ((0, 0), (INVERTED, 1)):
@@ -219,6 +227,15 @@ def test_serin_touches_only_its_pins() -> None:
     assert all(r.pin == SIN for r in task.requests if isinstance(r, Until))
     received([Got()], b"a", port=port, pin=0)
     assert port.pins.directions == 0b1110
+
+
+def test_serin_makes_its_pin_an_input() -> None:
+    """S2 p. 394."""
+    port = ToyPort()
+    port.pins.set_directions(0b1110)
+    command = serin(port, [Got()], timeout=1, timeout_target=5, baud=84, pin=2)
+    finished(command, port)
+    assert port.pins.directions == 0b1010
 
 
 @given(st.lists(st.integers(0, 3 * 104 * US), max_size=60), st.integers(0, 0xFFFF))

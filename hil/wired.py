@@ -62,8 +62,9 @@ class WiredChip(Closing):
         self.hook.open()
         try:
             if self._resets:
-                self._compare(self.hook.reset())
-            self._greet()
+                self.reset()
+            else:
+                self._greet()
             self._prove()
         except BaseException:
             self.close()
@@ -74,14 +75,13 @@ class WiredChip(Closing):
         self.hook.close()
 
     def reset(self) -> None:
-        """Pulse ATN by DTR, look who greets, and say hello again.
+        """Pulse ATN by DTR, say hello again, and look who has greeted.
 
         Raises:
             RigError: this port has no DTR, or nobody answers afterwards.
             IdentityError: another program greets.
         """
-        self._compare(self.hook.reset())
-        self.hook.hello()
+        self._compare(self.hook.enter())
 
     def identity(self) -> Identity:
         """Return what the banner in the EEPROM says, with the digest of all that is loaded."""

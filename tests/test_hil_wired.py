@@ -226,6 +226,25 @@ def test_readings_that_are_always_refused_are_a_sick_bench(monkeypatch: pytest.M
     assert trial.verdict is Verdict.PASS
 
 
+class Slow(BytePipe):
+    """An adapter that swallows all but the banner for a while: until the reset behind that."""
+
+    resets = 0
+
+    def outgoing(self, data: bytes) -> bytes:
+        self.resets += data.count(b"#")
+        return data if self.resets > 1 else data.replace(b">", b"")
+
+
+def test_a_host_that_missed_the_half_second_resets_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench_hook, "HASTE_S", 0.3)
+    one = subject("prey")
+    with Slow(bench(one), "locomotion", "rfc2217") as pipe, BenchHook(pipe.url, False) as hook:
+        assert hook.enter().chip == "locomotion"
+        assert pipe.resets == 2
+        hook.centre()
+
+
 def test_a_robot_at_work_is_reset_where_that_is_asked_for() -> None:
     """Otherwise it is left alone, and the bench is sick, not the firmware."""
     one = subject("prey")

@@ -156,6 +156,26 @@ def test_a_reset_tells_a_missing_line_from_a_lost_port(error: Exception, words: 
         reset_by_dtr("/dev/x", Failing())
 
 
+@pytest.mark.parametrize("fails", [None, ValueError("no such flag"), NotImplementedError()])
+def test_what_an_adapter_hears_is_asked_for_at_once(
+    fails: Exception | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the system has a way to ask."""
+    asked: list[bool] = []
+
+    def quick(_: object, wanted: bool) -> None:
+        asked.append(wanted)
+        if fails:
+            raise fails
+
+    monkeypatch.setattr(serial.Serial, "set_low_latency_mode", quick)
+    master, slave = pty.openpty()
+    open_port(os.ttyname(slave)).close()
+    os.close(master)
+    os.close(slave)
+    assert asked == [True]
+
+
 def test_a_plain_socket_is_not_reset_in_silence() -> None:
     with pytest.raises(RigError, match=r"carries no DTR .*\?control=HOST:PORT"):
         reset_by_dtr("socket://127.0.0.1:1", serial.SerialBase())

@@ -43,8 +43,7 @@ def read_back(port_name: str, plan: Plan) -> int:
         FlashError: a byte is another.
     """
     with BenchHook(port_name) as hook:
-        hook.reset()
-        hook.hello()
+        hook.enter()
         found = read_sent(hook, plan)
         hook.leave()
     refuse_difference(port_name, 0, plan.image.eeprom, found)

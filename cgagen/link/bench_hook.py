@@ -5,8 +5,7 @@
     from cgagen.link.bench_hook import BenchHook
 
     with BenchHook("/dev/ttyUSB0") as hook:     # opens the port; resets nothing
-        hook.reset()                            # DTR; or somebody presses the button
-        hook.hello()                            # bench mode from here on
+        hook.enter()                            # reset by DTR, and bench mode from here on
         print(hook.banner())
         hook.move(0)
 
@@ -18,6 +17,7 @@ server may have kept, is taken for one to this. All waits are bounded.
 import secrets
 import string
 import time
+from contextlib import suppress
 from itertools import count
 
 from cgagen.bench_protocol import (
@@ -46,6 +46,13 @@ __all__ = ["BenchHook", "banner_in"]
 
 SIGNS = string.ascii_letters + string.digits
 """Characters of which requests are numbered; none of them begins anything else."""
+
+HASTE_S = 2.0
+"""How long hello is tried behind a reset before the next one: four times the half second that a
+controller listens. Choice."""
+
+RESETS = 3
+"""So often: an adapter that is slow to deliver misses that half second now and then. Choice."""
 
 HELLO_S = 6.0
 """How long a chip may take to say hello: its banner and its tries. Choice."""
@@ -90,6 +97,21 @@ class BenchHook(PromptedPort):
         self.greeting: Banner | None = None
         self._numbers = count(secrets.randbelow(len(SIGNS) ** 2))
 
+    def enter(self) -> Banner:
+        """Reset the chip and enter bench mode, anew where its half second went by unused.
+
+        Raises:
+            RigError: this port has no DTR, no banner of ours follows, or nobody answers.
+        """
+        for _ in range(RESETS - 1):
+            banner = self.reset()
+            with suppress(RigError):
+                self.hello(HASTE_S)
+                return banner
+        banner = self.reset()
+        self.hello()
+        return banner
+
     def reset(self) -> Banner:
         """Pulse ATN by DTR and wait for the banner; `hello` has half a second from then on.
 
@@ -111,14 +133,17 @@ class BenchHook(PromptedPort):
             )
         return self.greeting
 
-    def hello(self) -> str:
+    def hello(self, limit_s: float | None = None) -> str:
         """Enter bench mode, or make sure of it; returns the nonce that was echoed.
+
+        Args:
+            limit_s: how long that may take; None for `HELLO_S`.
 
         Raises:
             RigError: nobody answers.
             TargetTimeout: something comes, and no hello.
         """
-        deadline = time.monotonic() + HELLO_S
+        deadline = time.monotonic() + (HELLO_S if limit_s is None else limit_s)
         while time.monotonic() < deadline:
             self.nonce = self._sign()
             self.speak(request_text(Letter.HELLO, *self.nonce), deadline)

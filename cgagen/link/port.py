@@ -129,6 +129,9 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
             # pyserial 3.5 starts the thread of rfc2217:// in a way that Python 3.10 deprecates.
             warnings.simplefilter("ignore", DeprecationWarning)
             port.open()
+        # FTDI adapters otherwise keep what they hear for 16 ms; not every system has that.
+        with suppress(OSError, ValueError, AttributeError, NotImplementedError):
+            port.set_low_latency_mode(True)
     except LOST as error:
         raise RigError(f"{base}: cannot be opened: {why_closed(base, error)}") from error
     return _steered(port, base, control) if control else port

@@ -136,13 +136,12 @@ def _hook(port: str, reset: bool) -> "Iterator[BenchHook]":
 
     with named_port(port, "locomotion") as name, BenchHook(name) as hook:
         if reset:
-            hook.reset()
-        try:
-            hook.hello()
-        except RigError as error:
-            if reset:
-                raise
-            raise type(error)(f"{error} (--reset does that by DTR)") from error
+            hook.enter()
+        else:
+            try:
+                hook.hello()
+            except RigError as error:
+                raise type(error)(f"{error} (--reset does that by DTR)") from error
         yield hook
 
 

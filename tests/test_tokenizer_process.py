@@ -198,11 +198,16 @@ def test_the_process_ends_with_its_owner() -> None:
 
 
 def _alive(pid: int) -> bool:
+    row = _stat(Path(f"/proc/{pid}/stat"))
+    return bool(row) and row[0] != "Z"
+
+
+def _stat(path: Path) -> list[str]:
+    """State, parent and more of a process; nothing where it is gone."""
     try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        return path.read_text().rpartition(")")[2].split()
     except OSError:
-        return False
-    return state != "Z"
+        return []
 
 
 def test_a_closed_tokenizer_says_so(own: Tokenizer) -> None:
@@ -232,4 +237,11 @@ def test_the_worker_warns_of_nothing_and_keeps_no_handler(tmp_path: Path) -> Non
 
 
 def test_one_tokenizer_is_shared() -> None:
-    assert compile_source(LED) == compile_source(LED)
+    first, before = compile_source(LED), _children()
+    assert compile_source(LED) == first
+    assert _children() == before
+
+
+def _children() -> set[int]:
+    stats = {path: _stat(path) for path in Path("/proc").glob("[0-9]*/stat")}
+    return {int(p.parent.name) for p, row in stats.items() if row and int(row[1]) == os.getpid()}

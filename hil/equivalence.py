@@ -47,6 +47,7 @@ class Finding:
         why: a sentence.
         lines: lines of PBASIC that decided it, the likeliest first.
         index: which of the stimuli of the trial it was, from 0; None where it was none of them.
+        by: how the other answer is known: observed, or recorded in a trace.
     """
 
     stimulus: Stimulus | None
@@ -55,6 +56,7 @@ class Finding:
     why: str
     lines: tuple[Line, ...] = ()
     index: int | None = None
+    by: str = "observed"
 
 
 @dataclass

@@ -6,7 +6,24 @@ from hil.equivalence import Explain, Finding, Trial, Verdict, worst
 from hil.evidence import Evidence
 from hil.stimuli import Level
 from hil.subject import Subject
+from hil.target import Observation
 from hil.traces import Replay
+
+
+def finding_lines(small: Finding, subject: Subject) -> list[str]:
+    """Return what a difference is, for a terminal: reading, both answers, lines of PBASIC."""
+    lines = [f"smallest reading: {small.stimulus.text()}"] if small.stimulus else []
+    lines += [f"expected: {_told(small.expected, subject)}"]
+    lines += [f"{small.by}: {_told(small.observed, subject)}"]
+    return [*lines, *(f"decided in {line}" for line in small.lines)]
+
+
+def _told(seen: Observation | None, subject: Subject) -> str:
+    """Return a decision in words; of one in a trace as much as is there."""
+    words = [] if seen is None or seen.state is None else [f"state {seen.state}"]
+    if seen is not None and seen.command >= 0:
+        words.append(f"command {seen.command} {subject.movement(seen.command)}")
+    return ", ".join(words) or "no decision"
 
 
 @dataclass

@@ -28,10 +28,10 @@ def test_a_wrong_decision_on_any_target_comes_with_its_line(tmp_path: Path) -> N
     at = words.index("smallest reading: 0,0,0,0,0,0/--")
     assert words[at - 1].startswith("FAIL: the program answers state 0 with command 0, ")
     assert words[at + 1 : at + 3] == [
-        "expected: state 0, command 1",
-        "observed: state 0, command 0",
+        "expected: state 0, command 1 WAIT",
+        "observed: state 0, command 0 FORWARD",
     ]
-    assert words[at + 3].startswith("main.bsp:")
+    assert words[at + 3].startswith("decided in main.bsp:")
     assert "DATA" in words[at + 3]
     again = "pytest 'test_robot.py::test_it[emulator-named]' --hil-build build"
     assert words[at + 4] == f"again: {again}"

@@ -18,6 +18,7 @@ from hil.canbus import CanTarget
 from hil.emulated import PinsTarget, robot_bench
 from hil.equivalence import Verdict
 from hil.explainers import explainer
+from hil.outcome import finding_lines
 from hil.pipe import BytePipe
 from hil.registers import RegisterTarget
 from hil.rig import RigOnBus
@@ -76,6 +77,11 @@ def test_the_first_wrong_recording_is_named(predator: Subject) -> None:
     assert result.smallest is not None
     assert result.smallest.stimulus == trace.samples[2].stimulus
     assert result.agreed == result.tried  # the target itself is right
+    assert finding_lines(result.smallest, predator)[2].startswith("recorded: state 63, command ")
+    alone = with_sample(some(predator), 2, state=63, command=None)
+    small = replay(predator, SimulatedTarget(predator), alone).smallest
+    assert small is not None
+    assert finding_lines(small, predator)[2] == "recorded: state 63"
 
 
 def other_gene(subject: Subject, state: int) -> Image:

@@ -93,7 +93,8 @@ def hil_judge(
             ("hil_seed", hil_config.seed),
         ]
         if trial.verdict != "PASS":
-            pytest.fail(_words(trial, session.again(request.node.nodeid)), pytrace=False)
+            again = session.again(request.node.nodeid)
+            pytest.fail(_words(trial, hil_subject, again), pytrace=False)
         return trial
 
     return judge
@@ -206,19 +207,11 @@ def fixtures_of(subjects: tuple[str, ...], targets: tuple[str, ...]) -> object:
     return holder
 
 
-def _words(trial: "Trial", again: str) -> str:
+def _words(trial: "Trial", subject: "Subject", again: str) -> str:
     """Return why a trial is not PASS, and how to see it again."""
-    lines = [f"{trial.verdict}: {trial.reason}"]
-    if trial.smallest is not None and trial.smallest.stimulus is not None:
-        lines += [f"smallest reading: {trial.smallest.stimulus.text()}"]
-        for word, seen in (
-            ("expected", trial.smallest.expected),
-            ("observed", trial.smallest.observed),
-        ):
-            state = f"state {seen.state}, command {seen.command}" if seen else "no decision"
-            lines += [f"{word}: {state}"]
-        lines += [str(line) for line in trial.smallest.lines]
-    return "\n".join([*lines, f"again: {again}"])
+    small = trial.smallest
+    told = load("hil.outcome").finding_lines(small, subject) if small else []
+    return "\n".join([f"{trial.verdict}: {trial.reason}", *told, f"again: {again}"])
 
 
 def shown(url: str, named: tuple[str, ...]) -> str:

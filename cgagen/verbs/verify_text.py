@@ -3,13 +3,14 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hil.equivalence import Finding, Trial
+    from hil.equivalence import Trial
     from hil.outcome import Report
-    from hil.subject import Subject
 
 
 def text_of(report: "Report", repeat: str) -> str:
     """Return the table, what is wrong, and the verdict in the last line."""
+    from hil.outcome import finding_lines
+
     subject = report.subject
     widest = max(len(name) for name in report.trials)
     row = f"{{:<{max(widest + 2, 18)}}}{{:<10}}{{:>10}}{{:>8}}{{:>7}}{{:>10}}"
@@ -24,7 +25,7 @@ def text_of(report: "Report", repeat: str) -> str:
     notes = [f"{name}: {trial.note}" for name, trial in report.trials.items() if trial.note]
     lines += ["", *notes] if notes else []
     if report.smallest is not None:
-        lines += ["", *_finding(report.smallest, subject)]
+        lines += ["", *finding_lines(report.smallest, subject)]
     lines += [
         "",
         f"genome {subject.genome_digest}, robot {subject.robot.digest[:8]}, "
@@ -46,19 +47,6 @@ def _told(name: str, reason: str) -> str:
     """
     place = name.partition(":")[2] or name
     return reason if reason.startswith((f"{name}: ", f"{place}: ")) else f"{name}: {reason}"
-
-
-def _finding(small: "Finding", subject: "Subject") -> list[str]:
-    lines = []
-    if small.stimulus is not None:
-        lines.append(f"smallest reading: {small.stimulus.text()}")
-    for word, seen in (("expected", small.expected), ("observed", small.observed)):
-        if seen is None or seen.command < 0:
-            lines.append(f"{word}: no decision")
-        else:
-            movement = subject.movement(seen.command)
-            lines.append(f"{word}: state {seen.state}, command {seen.command} {movement}")
-    return [*lines, *(f"decided in {line}" for line in small.lines)]
 
 
 def data_of(report: "Report", repeat: str) -> dict[str, Any]:

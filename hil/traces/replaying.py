@@ -4,7 +4,7 @@ Zero tolerance: the first reading where they are not one is reported, and whom t
 contradicts.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from hil.equivalence import Explain, Finding, Trial, Verdict, compare
 from hil.simulated import SimulatedTarget
@@ -127,18 +127,11 @@ def _recorded(sample: Sample) -> Observation | None:
 def _of_recording(sample: Sample, expected: Observation, index: int) -> Finding:
     recorded = _recorded(sample)
     why = f"the trace has {_words(recorded)}, the simulator {_words(expected)}"
-    return Finding(sample.stimulus, expected, recorded, why, index=index)
+    return Finding(sample.stimulus, expected, recorded, why, index=index, by="recorded")
 
 
 def _explained(finding: Finding, explain: Explain) -> Finding:
-    return Finding(
-        finding.stimulus,
-        finding.expected,
-        finding.observed,
-        finding.why,
-        finding.lines or explain(finding),
-        finding.index,
-    )
+    return replace(finding, lines=finding.lines or explain(finding))
 
 
 def _words(seen: Observation | None) -> str:

@@ -21,8 +21,8 @@ from hil.subject import Subject, read_subject
 from hil.target import Observation, Stimulus
 from hil.timing import try_timing
 from hil.verify import try_sources, try_table, try_target, verify
+from tests.subjects import FIRMWARE
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
 ROLES = ("predator", "prey")
 
 

@@ -1,7 +1,6 @@
 """The bench hook on a wire: real drivers against the emulated robot behind a socket or a pty."""
 
 import socket
-from pathlib import Path
 
 import pytest
 
@@ -18,18 +17,13 @@ from hil.equivalence import Verdict, compare
 from hil.pipe import BytePipe
 from hil.registers import calibration
 from hil.stimuli import every_state, thresholds
-from hil.subject import Subject, read_subject
+from hil.subject import Subject
 from hil.target import Stimulus
 from hil.targets import make_target
 from hil.verify import try_target
 from hil.wired import WiredTarget
 from hil.wired_walks import try_legs
-
-FIRMWARE = Path(__file__).parent.parent / "firmware"
-
-
-def subject(role: str) -> Subject:
-    return read_subject(FIRMWARE / role)
+from tests.subjects import subject
 
 
 def bench(one: Subject) -> Bench:

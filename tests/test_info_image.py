@@ -9,8 +9,8 @@ import pytest
 from cgagen.cli import main
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import write_image
+from tests.subjects import FIRMWARE
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
 SOURCE = "' {$STAMP BS2e}\n' {$PBASIC 2.5}\nagain:  HIGH 3  ' on\nGOTO again : DATA 7, (2)\n"
 
 

@@ -20,8 +20,7 @@ from cgagen.words import Role
 from hil.emulated import robot_bench
 from hil.pipe import BytePipe
 from hil.subject import read_subject
-
-FIRMWARE = Path(__file__).parent.parent / "firmware"
+from tests.subjects import FIRMWARE
 
 
 class Wire:

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from cgagen.cli import main
-
-FIRMWARE = Path(__file__).parent.parent / "firmware"
+from tests.subjects import FIRMWARE
 
 
 def files_of(folder: Path) -> dict[str, bytes]:

@@ -8,8 +8,7 @@ import pytest
 from cgagen.cli import main
 from cgagen.genome import load
 from cgagen.robot import load_robot
-
-FIRMWARE = Path(__file__).parents[1] / "firmware"
+from tests.subjects import FIRMWARE
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:

@@ -5,7 +5,6 @@ is the emulated one, bit by bit, with the host's echo on it.
 """
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -17,8 +16,8 @@ from hil.simulated import SimulatedTarget
 from hil.subject import Subject, read_subject
 from hil.target import Stimulus
 from hil.trial import MS, Trial
+from tests.subjects import FIRMWARE
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
 LIMIT_MS = 2 * READING_MS
 EXTRA = "05F"
 """Digits that come in between."""

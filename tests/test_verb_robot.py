@@ -23,8 +23,8 @@ from hil.emulated import robot_bench
 from hil.gait_reader import GaitReader
 from hil.pipe import BytePipe
 from hil.subject import read_subject
+from tests.subjects import FIRMWARE
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
 Served = Callable[..., tuple[str, Bench]]
 
 

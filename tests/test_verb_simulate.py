@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from cgagen.cli import main
+from tests.subjects import FIRMWARE
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
 GENOME = str(FIRMWARE / "reference.genome")
 
 

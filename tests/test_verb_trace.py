@@ -18,8 +18,8 @@ from hil.pipe import BytePipe
 from hil.subject import read_subject
 from hil.traces import listening, read_trace
 from hil.traces.shipped import EPISODES, FOLDER
+from tests.subjects import FIRMWARE
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
 GENOME = str(FIRMWARE / "reference.genome")
 PREDATOR = load_robot("servobot-predator")
 

@@ -16,8 +16,8 @@ from cgagen.serve import serve
 from cgagen.tokenizer import Tokenizer
 from hil.emulated import robot_bench
 from hil.subject import read_subject
+from tests.subjects import FIRMWARE
 
-FIRMWARE = Path(__file__).parent.parent / "firmware"
 GENOME = str(FIRMWARE / "reference.genome")
 TRACES = Path(__file__).parent.parent / "hil" / "traces"
 HUNT = str(TRACES / "hunt.log")

@@ -93,6 +93,18 @@ def test_not_charged_long_enough_is_a_smaller_count() -> None:
     assert half_ns < full_ns
 
 
+@pytest.mark.parametrize("constants", [2, 3, 8])
+def test_what_charging_misses_is_missing_from_the_count(constants: int) -> None:
+    """After n time constants of 220 ohm and C there are 1 - exp(-n) of the supply."""
+    bench = CellBench(0.1)
+    bench.cell.light(10_000)
+    charged = 1 - math.exp(-constants)
+    expected_s = 10_000 * 0.1e-6 * math.log(charged * 5.0 / 1.4)
+    assert bench.measure_ns(charge_ns=constants * 22 * US) == pytest.approx(
+        expected_s * 1e9, abs=2.0
+    )
+
+
 def test_hardly_charged_reads_low_at_once() -> None:
     bench = CellBench(1.0)
     bench.cell.light(10_000)

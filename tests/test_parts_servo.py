@@ -74,6 +74,14 @@ def test_it_goes_limp_fifty_milliseconds_after_the_last_pulse() -> None:
     assert bench.servo.pulses.limp == 1
 
 
+@pytest.mark.parametrize(("start_ms", "limp"), [(49, 0), (51, 1)])
+def test_a_pulse_within_fifty_milliseconds_keeps_it_held(start_ms: int, limp: int) -> None:
+    bench = ServoBench()
+    bench.pulse(0, 1500 * US)
+    bench.pulse(start_ms * MS, 1500 * US)
+    assert bench.servo.pulses.limp == limp
+
+
 def test_width_period_and_jitter_are_recorded() -> None:
     bench = ServoBench()
     for start_ms, width_us in ((0, 1500), (20, 1490), (42, 1520), (61, 1500)):

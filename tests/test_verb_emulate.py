@@ -98,6 +98,21 @@ def test_no_end_where_one_is_expected(emulate: Emulate, program: Program) -> Non
     assert "it.bs2:4" in err
 
 
+def test_an_empty_loop_lasts_as_long_as_it_may(emulate: Emulate, program: Program) -> None:
+    loop = program(BASIC + "DO\nLOOP\n")
+    data = json.loads(emulate(loop, "--json", "--for", "2s")[1])
+    assert (data["ended"], data["time_ns"]) == ("LOOP", 2_000_000_000)
+    program(BASIC + 'PAUSE 400\nDEBUG "b"\nDO\n  PAUSE 100\nLOOP\n', "b.bs2")
+    bench = program(
+        'format = "cgagen-bench-1"\n[chip.main]\nsource = "it.bs2"\n[chip.b]\nsource = "b.bs2"\n',
+        "bench.toml",
+    )
+    assert emulate(bench, "--chip", "b", "--for", "500ms") == (0, "b", "")
+    data = json.loads(emulate(bench, "--json", "--for", "500ms")[1])
+    assert (data["ended"], data["time_ns"]) == ("LOOP", 500_000_000)
+    assert "empty loop at" in emulate(bench, "--for", "500ms", "--expect-end")[2]
+
+
 def test_stop_is_an_end(emulate: Emulate) -> None:
     code, out, _ = emulate(PROGRAMS / "stop.bs2", "--expect-end", "--json")
     assert (code, json.loads(out)["ended"]) == (0, "STOP")

@@ -107,6 +107,32 @@ def test_a_pin_that_floats_on_a_wire(emulate: Emulate, program: Program) -> None
     assert (code, out, err) == (0, "1", "")
 
 
+TWO = """format = "cgagen-bench-1"
+[chip.main]
+source = "it.bs2"
+[chip.other]
+source = "other.bs2"
+[wire.w]
+ends = ["main.P1", "other.P1"]
+"""
+
+
+def test_a_short_circuit_is_located_where_it_began(emulate: Emulate, program: Program) -> None:
+    program(BASIC + "HIGH 1\nPAUSE 100\n")
+    program(BASIC + "PAUSE 50\nLOW 1\n", "other.bs2")
+    code, _, err = emulate(program(TWO, "it.toml"))
+    assert code == 3
+    assert "other.bs2:4: w: other.P1 drives 0, main.P1 drives 1" in err
+
+
+def test_the_hint_for_another_chip_names_it(emulate: Emulate, program: Program) -> None:
+    program(BASIC + "PAUSE 100\n")
+    program(BASIC + "IF IN9 = 1 THEN HIGH 1\n", "other.bs2")
+    code, _, err = emulate(program(TWO, "it.toml"))
+    assert code == 0
+    assert "other.bs2:3: P9 is read, and nothing is wired to it: it reads 0 (--pin other.P9=" in err
+
+
 def test_a_pin_is_held_once(emulate: Emulate, program: Program) -> None:
     code, _, err = emulate(program(BASIC + "END\n"), "--pin", "7=1", "--pin", "P7=0")
     assert code == 2

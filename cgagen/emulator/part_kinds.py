@@ -94,7 +94,7 @@ def _uart(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable)
         table.flag_or("echo", False),
     )
     if table.offers("send"):
-        uart.send(table.text("send").encode("latin-1", "replace"))
+        uart.send_soon(table.text("send").encode("latin-1", "replace"))
     return uart
 
 

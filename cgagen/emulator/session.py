@@ -81,7 +81,7 @@ def _why(bench: Bench, chip: Chip, conversation: Conversation, limit_ns: int) ->
     if chip.ended in (End.END, End.STOP):
         return Why(chip.ended)
     if bench.clock.now_ns >= limit_ns:
-        return Why.TIME
+        return Why.TIME if chip.ended is None else Why.LOOP
     alone = len(bench.chips) == 1
     if chip.ended is not None and (alone or limit_ns >= NEVER_NS):
         return Why.LOOP

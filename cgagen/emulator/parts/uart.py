@@ -72,6 +72,7 @@ class Uart(Part):
         self._began_ns = 0
         self._next = self.timer(self._next_bit)
         self._sample = self.timer(self._frame_over)
+        self._soon = self.timer(self.poke)
         self._drive(1)
         if receive is not None:
             receive.listen(self._changed)
@@ -80,6 +81,11 @@ class Uart(Part):
         """Send bytes after those that wait already."""
         self._queue += data
         self.poke()
+
+    def send_soon(self, data: bytes) -> None:
+        """Send likewise, but begin only when the clock runs: all who listen are there then."""
+        self._queue += data
+        self._soon.after(0)
 
     def poke(self) -> None:
         """Begin with the next byte if there is one and it may be sent."""

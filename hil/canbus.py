@@ -101,13 +101,20 @@ class CanTarget:
 
     @property
     def note(self) -> str:
-        """What is known of the program in the chip, in a sentence."""
+        """What is known of the program in the chip, and how exact the rig is."""
+        band = (
+            f"; readings within {self.guard_counts} counts of a threshold, or of one another, are "
+            "left out and UNPROVEN"
+            if self.guard_counts
+            else ""
+        )
         if self._rig is None or self._rig.banner == (0, 0):
-            return "a rig sees no EEPROM, and this one heard no banner: the program is not known"
+            words = "a rig sees no EEPROM, and this one heard no banner: the program is not known"
+            return words + band
         genome, source = self._rig.banner
         return (
             f"a rig sees no EEPROM; by its own banner the program is of genome {genome:08x} and "
-            f"source {source:08x}, as the build is"
+            f"source {source:08x}, as the build is{band}"
         )
 
     def admits(self, stimulus: Stimulus) -> bool:

@@ -98,6 +98,7 @@ def test_what_is_too_near_is_left_out_and_counted() -> None:
         wide = try_target(one, lambda: Target(f"{bus.url}?guard=2", one), near, widened=True)
         exact = try_target(one, lambda: Target(bus.url, one), near[:1], widened=True)
     assert (trial.verdict, trial.decisions, trial.left_out) == (Verdict.PASS, 1, len(near))
+    assert "readings within 2 counts of a threshold" in trial.note
     assert len(near) >= len(around(sonar_limits(one.robot)[0]))
     assert only.verdict is Verdict.UNPROVEN
     assert (wide.verdict, wide.decisions) == (Verdict.PASS, len(beside(one.robot, 2)))

@@ -193,6 +193,12 @@ def test_count_is_blind_to_short_pulses() -> None:
     assert measured("BS2", wide, "COUNT", 1)[0] == 1
 
 
+def test_count_lasts_for_all_of_its_window() -> None:
+    """Also where a change comes behind the last look: 10 ms are 2,403.8 looks of 4.16 us."""
+    late: list[tuple[int, int | None]] = [(MS, 1), (2 * MS, 0), (10 * MS - 100, 1)]
+    assert measured("BS2", late, "COUNT", 10) == (1, 10 * MS)
+
+
 def test_count_of_no_time_and_of_half_a_cycle() -> None:
     assert measured("BS2", square(MS, 5 * MS), "COUNT", 0) == (0, 0)
     assert measured("BS2", [(MS, 1)], "COUNT", 10)[0] == 0

@@ -92,6 +92,32 @@ def lively_port() -> tuple[Bench, ToyPort]:
     return bench, port
 
 
+READ_PINS = {
+    "COUNT": (1,), "I2CIN": (8, 9), "I2COUT": (8, 9), "OWIN": (4,), "OWOUT": (3,), "PULSIN": (1,),
+    "RCTIME": (1,), "SERIN": (1,), "SERIN_FLOW": (1,), "SEROUT_FLOW": (1,), "SHIFTIN": (1,),
+    "XOUT": (1,),
+}  # fmt: skip
+"""Pins that are inputs at some time of those of `RUNS`, all pins having been outputs before."""
+
+
+@pytest.mark.parametrize("name", READ_PINS)
+def test_a_pin_that_is_read_becomes_an_input_and_no_other(name: str) -> None:
+    bench, port = Bench(), ToyPort("BS2p")
+    let_go = set()
+
+    def heard(pin: int) -> None:
+        if not port.pins.directions >> pin & 1:
+            let_go.add(pin)
+
+    for pin, wire in enumerate(port.pins.wires[:16]):
+        wire.pull = wire.level = 1
+        wire.listen(lambda _, pin=pin: heard(pin))  # type: ignore[misc]
+    port.pins.set_directions(0xFFFF)
+    bench.start(port, RUNS[name](port))
+    bench.run(10 * MS)
+    assert let_go == {*READ_PINS[name]}
+
+
 def again(port: ToyPort, start: Start, levels: deque[int], answers: list[int]) -> list[Request]:
     """Repeat an instruction on pins that drive nothing."""
     port.pins.ghost = iter(levels)

@@ -100,10 +100,10 @@ class CanLine:
         Raises:
             RigError: the bus is closed, its adapter gone, or the controller off the bus.
         """
-        deadline = time.monotonic() + wait_s
+        deadline_s = time.monotonic() + wait_s
         while True:
             try:
-                message = self._open_bus().recv(max(deadline - time.monotonic(), 0))
+                message = self._open_bus().recv(max(deadline_s - time.monotonic(), 0))
             except RigError:
                 raise
             except Exception as error:
@@ -111,7 +111,7 @@ class CanLine:
             if message is None:
                 return None
             one = self._sorted(message)
-            if one is not None or time.monotonic() >= deadline:
+            if one is not None or time.monotonic() >= deadline_s:
                 return one
 
     def odd(self) -> str:

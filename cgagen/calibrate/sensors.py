@@ -23,7 +23,13 @@ LIGHTS_APART = 0.15
 
 
 class Curve(NamedTuple):
-    """The lamp's curve: distances in inches, counts, and how far repeats were apart."""
+    """The lamp's curve, as measured.
+
+    Attributes:
+        points: distance in inches and RCTIME count, nearest first.
+        readings: how many there were.
+        widest_spread: the largest standard deviation of repeats, in counts.
+    """
 
     points: tuple[tuple[float, int], ...]
     readings: int

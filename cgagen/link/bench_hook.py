@@ -120,8 +120,8 @@ class BenchHook(PromptedPort):
         """
         reset_by_dtr(self.port, self.opened())
         self.greeting = None
-        line, deadline = "", time.monotonic() + HELLO_S
-        while self.greeting is None and time.monotonic() < deadline:
+        line, deadline_s = "", time.monotonic() + HELLO_S
+        while self.greeting is None and time.monotonic() < deadline_s:
             one = self.read()
             line = "" if one == BANNER else line + one
             if one == END:
@@ -143,11 +143,11 @@ class BenchHook(PromptedPort):
             RigError: nobody answers.
             TargetTimeout: something comes, and no hello.
         """
-        deadline = time.monotonic() + (HELLO_S if limit_s is None else limit_s)
-        while time.monotonic() < deadline:
+        deadline_s = time.monotonic() + (HELLO_S if limit_s is None else limit_s)
+        while time.monotonic() < deadline_s:
             self.nonce = self._sign()
-            self.speak(request_text(Letter.HELLO, *self.nonce), deadline)
-            for line in self.lines(deadline):
+            self.speak(request_text(Letter.HELLO, *self.nonce), deadline_s)
+            for line in self.lines(deadline_s):
                 if f"{ANSWER}{Letter.HELLO}{self.nonce}" in line:
                     return self.nonce
         self.give_up("does not say hello")
@@ -159,13 +159,13 @@ class BenchHook(PromptedPort):
             RigError: nobody listens, or it stays in bench mode.
         """
         request = request_text(Letter.LEAVE, *self._sign())
-        deadline = time.monotonic() + ANSWER_S
-        self.speak(request, deadline)
-        while time.monotonic() < deadline:
-            if any(f"{ANSWER}{request[1:]}" in line for line in self.lines(_soon(deadline))):
+        deadline_s = time.monotonic() + ANSWER_S
+        self.speak(request, deadline_s)
+        while time.monotonic() < deadline_s:
+            if any(f"{ANSWER}{request[1:]}" in line for line in self.lines(_soon(deadline_s))):
                 return
             self.unheard += 1
-            if not self.await_prompt(_soon(deadline)):
+            if not self.await_prompt(_soon(deadline_s)):
                 return  # it does not listen any more: it has gone, and its answer was lost
             self.write(request, 0)
         self.give_up(f"no answer to {request} in {ANSWER_S:g} s")
@@ -181,12 +181,12 @@ class BenchHook(PromptedPort):
             RigError: nothing comes from it any more, or the readings never reach it whole.
         """
         sign, refused = self._sign(), 0
-        deadline = time.monotonic() + ANSWER_S
-        while time.monotonic() < deadline:
-            self.speak(request_text(Letter.QUESTION, *sign), deadline)
-            if self.await_prompt(deadline):
+        deadline_s = time.monotonic() + ANSWER_S
+        while time.monotonic() < deadline_s:
+            self.speak(request_text(Letter.QUESTION, *sign), deadline_s)
+            if self.await_prompt(deadline_s):
                 self.write(readings, BYTE_GAP_MS)
-                for line in self.lines(deadline):
+                for line in self.lines(deadline_s):
                     answer = parse_answer(line)
                     if answer is not None and answer.sequence == sign:
                         return answer
@@ -233,11 +233,11 @@ class BenchHook(PromptedPort):
         request = dump_request(first_byte, last_byte)
         start = first_byte // DUMP_BLOCK_BYTES * DUMP_BLOCK_BYTES
         wanted = set(range(start, last_byte + 1, DUMP_LINE_BYTES))
-        deadline = time.monotonic() + DUMP_S
+        deadline_s = time.monotonic() + DUMP_S
         found: dict[int, bytes] = {}
-        while time.monotonic() < deadline:
-            self.speak(request, deadline)
-            for line in self.lines(deadline):
+        while time.monotonic() < deadline_s:
+            self.speak(request, deadline_s)
+            for line in self.lines(deadline_s):
                 part = parse_dump(line)
                 if part is not None:
                     found[part[0]] = part[1]
@@ -273,10 +273,10 @@ class BenchHook(PromptedPort):
     def _order(self, letter: Letter, first: str, second: str) -> None:
         """Say a request until it is acknowledged."""
         request = request_text(letter, first, second)
-        deadline = time.monotonic() + ANSWER_S
-        while time.monotonic() < deadline:
-            self.speak(request, deadline)
-            for line in self.lines(deadline):
+        deadline_s = time.monotonic() + ANSWER_S
+        while time.monotonic() < deadline_s:
+            self.speak(request, deadline_s)
+            for line in self.lines(deadline_s):
                 if f"{ANSWER}{request[1:]}" in line:
                     return
                 if f"{ANSWER}{Letter.REFUSED}{request[2:]}" in line:
@@ -288,5 +288,5 @@ class BenchHook(PromptedPort):
         self.give_up(f"no answer to {request} in {ANSWER_S:g} s")
 
 
-def _soon(deadline: float) -> float:
-    return min(deadline, time.monotonic() + GONE_S)
+def _soon(deadline_s: float) -> float:
+    return min(deadline_s, time.monotonic() + GONE_S)

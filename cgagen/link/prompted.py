@@ -62,27 +62,27 @@ class PromptedPort(Closing):
         if self._lock is not None:
             self._lock.release()
 
-    def speak(self, request: str, deadline: float) -> None:
+    def speak(self, request: str, deadline_s: float) -> None:
         """Wait for a prompt and send a request behind it."""
-        if not self.await_prompt(deadline):
+        if not self.await_prompt(deadline_s):
             self.give_up("no prompt came")
         self.write(request, 0)
 
-    def await_prompt(self, deadline: float) -> bool:
+    def await_prompt(self, deadline_s: float) -> bool:
         """Wait for a prompt; says whether one came in time.
 
         One with something behind it is old: a host that was away for a while would stay behind
         for ever.
         """
-        while time.monotonic() < deadline:
+        while time.monotonic() < deadline_s:
             if self.read() == PROMPT and not self._waiting():
                 return True
         return False
 
-    def lines(self, deadline: float) -> Iterator[str]:
+    def lines(self, deadline_s: float) -> Iterator[str]:
         """Yield lines behind a request; ends when prompts say that it was not heard."""
         prompts, text = 0, ""
-        while time.monotonic() < deadline:
+        while time.monotonic() < deadline_s:
             one = self.read()
             if one == END:
                 yield text

@@ -120,12 +120,12 @@ class Worker:
         if "ready" not in answer:
             raise WorkerDiedError(str(answer.get("fatal", "no greeting")))
 
-    def _write(self, data: bytes, deadline: float) -> None:
+    def _write(self, data: bytes, deadline_s: float) -> None:
         pipe = self._process.stdin
         assert pipe is not None
         rest = memoryview(data)
         while rest:
-            _wait(pipe.fileno(), select.POLLOUT, deadline)
+            _wait(pipe.fileno(), select.POLLOUT, deadline_s)
             try:
                 rest = rest[os.write(pipe.fileno(), rest) :]
             except BlockingIOError:
@@ -133,12 +133,12 @@ class Worker:
             except OSError as error:
                 raise WorkerDiedError(error.strerror or "broken pipe") from error
 
-    def _read(self, deadline: float) -> dict[str, Any]:
+    def _read(self, deadline_s: float) -> dict[str, Any]:
         pipe = self._process.stdout
         assert pipe is not None
         chunks = [self._rest]
         while b"\n" not in chunks[-1]:
-            _wait(pipe.fileno(), select.POLLIN, deadline)
+            _wait(pipe.fileno(), select.POLLIN, deadline_s)
             try:
                 chunk = os.read(pipe.fileno(), 1 << 16)
             except BlockingIOError:
@@ -156,10 +156,10 @@ class Worker:
         return answer
 
 
-def _wait(descriptor: int, event: int, deadline: float) -> None:
+def _wait(descriptor: int, event: int, deadline_s: float) -> None:
     poll = select.poll()
     poll.register(descriptor, event)
-    if not poll.poll(max(0.0, deadline - time.monotonic()) * 1000):
+    if not poll.poll(max(0.0, deadline_s - time.monotonic()) * 1000):
         raise WorkerStuckError("no answer in time")
 
 

@@ -95,9 +95,10 @@ def verify_verb(
 
     The images are run on the emulator: their table, every state that a reading leads to, every
     threshold with one count less and more, a sample of the whole sensor space, all movements,
-    and the longest time; and their sources must compile to the same bytes. Level `boundary` adds
-    ties and pairs of thresholds, `exhaustive` the whole sensor space: a proof for this image. A
-    prey needs no GENOME: `cgagen verify --robot servobot-prey`.
+    the longest time, and what both controllers do on their lines and ports; and their sources
+    must compile to the same bytes. Level `boundary` adds ties and pairs of thresholds,
+    `exhaustive` the whole sensor space: a proof for this image. A prey needs no GENOME:
+    `cgagen verify --robot servobot-prey`.
 
     \b
     Exit codes:

@@ -248,6 +248,8 @@ def test_a_robot_at_work_is_recorded_and_replayed(role: Role, kind: str) -> None
     assert [one.time_ns for one in trace.samples] == [0, 1_234_000, 2_469_000, 3_703_000]
     assert trace.origin is not None
     assert (trace.origin.clock, trace.origin.target) == ("host", "serial")
+    told = {"lost": 0, "spoiled": 0, "banner": heard.greeted}
+    assert trace.origin.source == {"telemetry": told}
     with PinsTarget(one) as target:
         result = replay(one, target, trace)
     assert (result.verdict, result.decisions) == (Verdict.PASS, 4)
@@ -269,10 +271,10 @@ def test_lost_and_spoiled_lines_are_counted(predator: Subject) -> None:
             one.take(bytes([letter]))
     one.take(b"\xff\x00" * 2_000 + b"\r:5 F1 R1 L1 LL1 LR1 AL1 AR1 S64 C3\r")
     assert [sample.seq for sample in one.samples] == [1, 2, 3]
-    assert (one.lost, one.spoiled) == (3, 2)
+    assert (one.lost, one.spoiled, one.greeted) == (3, 2, False)
     banner = f"#1 M {predator.robot.name} {predator.genome_digest} 00000000\r"
     one.take((banner + LINE.format(0)).encode())
-    assert (len(one.samples), one.lost) == (4, 3)
+    assert (len(one.samples), one.lost, one.greeted) == (4, 3, True)
 
 
 def test_another_robot_at_work_is_refused(predator: Subject) -> None:

@@ -95,6 +95,11 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
             )
         if heard.lost or heard.spoiled:
             console.note(f"{port}: {heard.lost} lines lost, {heard.spoiled} spoiled")
+        if not heard.greeted:
+            console.note(
+                f"{port}: no banner was heard, so nothing shows that this genome is at work "
+                "there; reset the robot while it is listened to, to make sure"
+            )
         gone = heard.gone
     else:
         subject, trace, left_out = asked(console, genome, given)

@@ -38,6 +38,8 @@ class Listener:
         samples: what was heard.
         lost: lines that are missing by their numbers.
         spoiled: lines of telemetry that cannot be read.
+        greeted: whether a banner of the right programs was heard; without one they are known by
+            the user's word alone.
         fault: what it complained of last; None for nothing.
         gone: why the port came to an early end; "" where it did not.
         port: for messages.
@@ -46,6 +48,7 @@ class Listener:
     def __init__(self, subject: Subject, port: str, now_ns: Callable[[], int]) -> None:
         self.samples: list[Sample] = []
         self.lost = self.spoiled = 0
+        self.greeted = False
         self.fault: Fault | None = None
         self.gone = ""
         self.port = port
@@ -97,6 +100,7 @@ class Listener:
                 f"{self.port}: {banner.robot} with genome {banner.genome} is at work there, not "
                 f"{robot} with {genome}; name its genome and robot"
             )
+        self.greeted = True
         self._last = None  # after a reset the lines count from 0 again
 
     def _tell(self, told: Told | None) -> None:
@@ -152,7 +156,11 @@ def record_telemetry(
     if not listener.samples:
         raise RigError(listener.why_nothing(min(limit_s, SILENCE_S)))
     source = {
-        "telemetry": {"lost": listener.lost, "spoiled": listener.spoiled},
+        "telemetry": {
+            "lost": listener.lost,
+            "spoiled": listener.spoiled,
+            "banner": listener.greeted,
+        },
     }
     origin = origin_of(subject, "serial", clock="host", source=source)
     return Trace(port, tuple(listener.samples), origin), listener

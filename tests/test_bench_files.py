@@ -212,6 +212,7 @@ NEEDED = {
     "bridge": 'wires = ["w", "v"]',
     "noise": 'end = "main.P4"\nevery_us = 9\nwidth_us = 1',
     "brown_out": 'chips = ["main"]',
+    "uart": 'send = "a"',
 }
 """Settings that a kind cannot do without."""
 

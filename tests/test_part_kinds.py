@@ -53,6 +53,14 @@ def test_a_uart_has_its_baud_rate_parity_and_echo() -> None:
     assert bench.part("a", Uart).received == b"Az", "its own echo"
 
 
+def test_a_uart_speaks_when_the_chip_listens() -> None:
+    bench = bench_of(SERIAL.replace('"Az"', '"Az"\nsend_ms = 30'))
+    bench.run(30 * MS - 1)
+    assert bench.wires["line"].level == 1
+    bench.run(47 * MS)
+    assert bench.part("b", Uart).received == b"Az"
+
+
 def test_an_inverted_uart_rests_low() -> None:
     bench = bench_of(SERIAL.replace('"Az"', '"Az"\ninverted = true'))
     assert bench.wires["line"].level == 0

@@ -37,7 +37,8 @@ The kinds of parts, with their ends and their settings::
     photocell  signal            capacitor_uf; resistance_ohm or drain_us, without, it is dark
     servo      signal            centre_us (1500) us_per_deg (10) deg_per_s (300) angle_deg (0)
                                  mirrored (false)
-    uart       transmit receive  baud (9600) inverted seven_even echo (false) send (a text)
+    uart       transmit receive  baud (9600) inverted seven_even echo (false)
+                                 send (a text) send_ms (0)
     probe      signal            limit_edges (100000)
     signal     output            level changes ([[ms, level], ...]; -1 lets go) resistor (false)
 

@@ -94,7 +94,8 @@ def _uart(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable)
         table.flag_or("echo", False),
     )
     if table.offers("send"):
-        uart.send_soon(table.text("send").encode("latin-1", "replace"))
+        data = table.text("send").encode("latin-1", "replace")
+        uart.send_at(data, table.nanoseconds("send_ms") or 0)
     return uart
 
 

@@ -72,7 +72,7 @@ class Uart(Part):
         self._began_ns = 0
         self._next = self.timer(self._next_bit)
         self._sample = self.timer(self._frame_over)
-        self._soon = self.timer(self.poke)
+        self._later = self.timer(self.poke)
         self._drive(1)
         if receive is not None:
             receive.listen(self._changed)
@@ -82,10 +82,10 @@ class Uart(Part):
         self._queue += data
         self.poke()
 
-    def send_soon(self, data: bytes) -> None:
-        """Send likewise, but begin only when the clock runs: all who listen are there then."""
+    def send_at(self, data: bytes, time_ns: int) -> None:
+        """Send likewise, but begin at a time, and not before the clock runs."""
         self._queue += data
-        self._soon.after(0)
+        self._later.at(time_ns)
 
     def poke(self) -> None:
         """Begin with the next byte if there is one and it may be sent."""

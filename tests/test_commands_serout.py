@@ -115,6 +115,18 @@ def test_the_programming_port_is_always_inverted_and_driven(mode: int) -> None:
     assert (port.pins.latch, port.pins.directions) == (0, 0)
 
 
+@pytest.mark.parametrize(("mode", "mark"), [(0, 1), (INVERTED, 0)])
+def test_the_line_is_a_mark_before_the_first_item_is_fetched(mode: int, mark: int) -> None:
+    bench, port = Bench(), ToyPort()
+    wire = port.pins.wires[3]
+    wire.pull = wire.level = 1 - mark
+    port.pins.set_latch(0xFFFF * (1 - mark))
+    trace = bench.trace(wire)
+    bench.start(port, serout(port, [Sent(0x41, fetch_ns=300 * US)], baud=84 | mode, pin=3))
+    bench.run()
+    assert trace.changes[:2] == [(0, mark), (300 * US, 1 - mark)]
+
+
 def test_items_pace_and_time_to_fetch() -> None:
     """S2 p. 415: the pace lies between bytes. REP and STR are bytes like others."""
     port = ToyPort()

@@ -31,6 +31,18 @@ class Refused(Exception):  # noqa: N818  never leaves the data-flow
     """What is done is not understood; the text says what."""
 
 
+class Unset(Refused):
+    """Bits are read that nothing has set.
+
+    Attributes:
+        bit: of the register file, the first that belongs to what is read.
+    """
+
+    def __init__(self, bit: int) -> None:
+        super().__init__(f"bits are read that nothing has set, from {bit} of the register file on")
+        self.bit = bit
+
+
 def nothing_known() -> list[int]:
     """Return a register file in which all bits are unknown."""
     return [UNKNOWN] * BITS
@@ -70,7 +82,7 @@ def read(memory: Memory, size_bits: int, element: int, names: tuple[str, ...]) -
     parts = sorted({(bit - _FIRST) >> 4 for bit in bits if bit >= _FIRST})
     if parts:
         raise Refused(f"a part of {names[parts[0]]} is read")
-    raise Refused(f"bits are read that nothing has set, from {first} of the register file on")
+    raise Unset(first)
 
 
 def written(memory: Memory, size_bits: int, element: int, value: Value | None) -> Memory:

@@ -16,6 +16,7 @@ from hil.abstract import (
     VARIABLES_BIT,
     Memory,
     Refused,
+    Unset,
     Value,
     nothing_known,
     place_of,
@@ -50,13 +51,14 @@ class _Rest(Walk):
             return
         one = self._program.at(state.address)
         step = None if one is None else _STEPS.get(one.name)
-        if one is None or step is None:
-            yield from super()._after(state)
-            return
+        ways = super()._after(state) if one is None or step is None else step(self, one, state)
         try:
-            yield from list(step(self, one, state))
-        except Refused as refused:
-            raise Refused(f"{one.name} may depend on what was sensed: {refused}") from None
+            yield from list(ways)
+        except Unset as unset:
+            raise Refused(
+                f"{one.name if one else 'what follows'} may depend on what was sensed or decided, "
+                f"in bit {unset.bit} of the register file"
+            ) from None
 
     def _let(self, one: Instruction, state: State) -> Iterator[State]:
         """Store a number, or what depends on what was sensed."""

@@ -66,7 +66,7 @@ BEYOND = [
      "after the decision, IF may depend on what was sensed"),
     (TOLD, "  GOSUB Decide\n  IF nearest // 3 = 0 THEN Hunt\n  GOSUB Tell\n", "IF may depend on"),
     (TOLD, "  GOSUB Decide\n  IF AntennaLeft = 0 THEN Hunt\n  GOSUB Tell\n", "pins are read"),
-    (TOLD, "  GOSUB Decide\n  BRANCH command, [Hunt]\n  GOSUB Tell\n", UNSET),
+    (TOLD, "  GOSUB Decide\n  BRANCH command, [Hunt]\n  GOSUB Tell\n", "BRANCH may"),
     (TOLD, f"{TOLD}  GOSUB Decide\n", "IF may depend on"),
     (TOLD, "  GOSUB Decide\n  OUTA = OUTA ^ 1\n  GOSUB Tell\n", "LET may depend on"),
     (TOLD, "  GOSUB Decide\n  commandLatch = command & 3\n  GOSUB Tell\n", "LET may depend on"),

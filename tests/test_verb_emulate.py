@@ -231,3 +231,19 @@ def test_a_session_repeats_exactly(tokenizer: Tokenizer) -> None:
         assert not bench.host("main").unread, "what was shown is kept"
         seen.append((heard, outcome))
     assert seen[0] == seen[1]
+
+
+def test_lines_may_come_one_by_one(tokenizer: Tokenizer) -> None:
+    """DEC skips what is no digit, and wants the next byte within the stop bit of the last."""
+    source = BASIC + "DEBUGIN DEC W0, DEC W1, DEC W2\nDEBUG DEC W0, DEC W1, DEC W2\nEND\n"
+    bench, seen = bench_of_sources({0: tokenizer.compile(source)}), bytearray()
+    typed, asked = [b"a\r", b"12\r", b"\r", b"34", b" 5\r"], []
+
+    def more(needed: bool) -> bytes | None:
+        asked.append(needed)
+        return typed.pop(0) if typed else None
+
+    chip = bench.chip("main")
+    outcome = run_session(bench, chip, Conversation(bench, chip, seen.append, more), 10**9)
+    assert (outcome.why, bytes(seen), typed) == (Why.END, b"12345", [])
+    assert asked == [True] * 5

@@ -82,9 +82,11 @@ class Conversation(Part):
 
     def _type(self) -> None:
         """The chip wants a byte: the next one, or ask for one."""
-        if not self.wanted() or self._host.sending:
+        if not self.wanted():
             return
-        if self._host.waiting:
+        if self._host.sending:  # the chip looks no longer than to the middle of a stop bit
+            self._soon.at(self._host.idle_ns)
+        elif self._host.waiting:
             self._host.poke()
         elif not self.silent:
             self._send(self._more(self._chip.waits_for_ever))

@@ -136,6 +136,11 @@ class Uart(Part):
         return self._next.due_ns is not None
 
     @property
+    def idle_ns(self) -> int:
+        """When the last byte that has begun is over."""
+        return self._began_ns + self._bit_ns(FRAME_BITS)
+
+    @property
     def received(self) -> bytes:
         """What came, and was not taken yet."""
         return bytes(self._received)

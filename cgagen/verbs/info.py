@@ -91,44 +91,64 @@ def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:
 def _genome_lines(
     file: Path, genome: "Genome", visits: list[int], captured: int, starts: int
 ) -> list[str]:
-    from cgagen.words import COMMANDS, Role, Situation, situation_name
+    """Return what is said of a genome.
 
-    origin = genome.origin
+    Args:
+        file: that holds it.
+        genome: the predator's.
+        visits: how often each state was met from the fixed starts, 64 counts.
+        captured: how many of those starts end in a capture.
+        starts: how many there are.
+    """
+    origin, met = genome.origin, sum(1 for count in visits if count)
     facts = [f"{file.name}: a genome for {genome.robot}, digest {genome.digest[:8]}"]
     if origin.generation is not None and origin.fitness is not None:
         facts.append(
             f"seed {origin.seed}, trial {origin.trial}, generation {origin.generation}, "
             f"fitness {origin.fitness:.1f}"
         )
-    commands, total = genome.commands(), max(sum(visits), 1)
-    lines = [
+    return [
         *facts,
         "",
-        " " * 13 + "".join(f"{situation_name(t, 'target'):>13}" for t in Situation),
-    ]
-    for obstacle in Situation:
-        row = f"{situation_name(obstacle, 'object'):13}"
-        for target in Situation:
-            state = 8 * obstacle + target
-            short = SHORT[COMMANDS[Role.PREDATOR][commands[state]]]
-            share = f"{visits[state] / total:7.2%}" if visits[state] else "      -"
-            row += f"{short:>5} {share}"
-        lines.append(row)
-    never = [state for state in range(len(visits)) if not visits[state]]
-    lines += [
+        *_gene_rows(genome, visits),
         "",
         "   ".join(f"{short} {name}" for name, short in SHORT.items()),
         "The share is how often a state was met, up to the capture; - is never.",
         "",
         f"{captured} of {starts} fixed starts end in a capture.",
-        f"{len(visits) - len(never)} of {len(visits)} states are visited from the fixed starts; "
-        f"{len(never)} never are, and what their genes say was never tried:",
+        f"{met} of {len(visits)} states are visited from the fixed starts; "
+        f"{len(visits) - met} never are, and what their genes say was never tried:",
+        *_never_met(visits),
     ]
+
+
+def _gene_rows(genome: "Genome", visits: list[int]) -> list[str]:
+    """Return the table of genes: a row an obstacle, a column a target."""
+    from cgagen.words import COMMANDS, Role, Situation, situation_name, state_of
+
+    commands, total = genome.commands(), max(sum(visits), 1)
+    rows = [" " * 13 + "".join(f"{situation_name(t, 'target'):>13}" for t in Situation)]
+    for obstacle in Situation:
+        row = f"{situation_name(obstacle, 'object'):13}"
+        for target in Situation:
+            state = state_of(obstacle, target)
+            short = SHORT[COMMANDS[Role.PREDATOR][commands[state]]]
+            share = f"{visits[state] / total:7.2%}" if visits[state] else "      -"
+            row += f"{short:>5} {share}"
+        rows.append(row)
+    return rows
+
+
+def _never_met(visits: list[int]) -> list[str]:
+    """Return the states that were never met: a line an obstacle that has any."""
+    from cgagen.words import Situation, situation_name, state_of
+
+    lines = []
     for obstacle in Situation:
         missed = [
-            situation_name(Situation(state % 8), "target")
-            for state in never
-            if state // 8 == obstacle
+            situation_name(target, "target")
+            for target in Situation
+            if not visits[state_of(obstacle, target)]
         ]
         if missed:
             lines.append(f"  {situation_name(obstacle, 'object'):13} with {', '.join(missed)}")

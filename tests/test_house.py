@@ -21,6 +21,7 @@ CODE = sorted(
 )
 
 LONG_FILES: dict[str, str] = {
+    "cgagen/emulator/timing.py": "every duration and unit of the chips, each with its source",
     "cgagen/robot/values.py": "the whole robot as values, a page per part",
     "sim/numbers.py": "the whole world as values, and how each is made",
     "hil/dataflow.py": "one abstract machine; its parts share one state",

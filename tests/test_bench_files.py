@@ -58,6 +58,10 @@ PING = CHIP + '[part.front]\nkind = "ping"\n[wire.w]\nends = ["main.P4", "front.
         (PING.replace('"ping"', '"pong"'), r"\[part.front\] kind: 'pong' is not one of ping, srf"),
         (PING.replace(', "front.signal"', ""), r"\[part.front\] kind: ping, but front.signal is"),
         (PING.replace('"ping"', '"ping"\ndistance = 3'), "distance: no such key; did you mean dis"),
+        (
+            PING.replace('"ping"', '"ping"\ndistance_in = 3\necho_us = 9'),
+            "echo_us: says the same thing as distance_in; leave one of them out",
+        ),
         (PING.replace('"ping"', '"ping"\ndistance_in = -3'), "distance_in: -3 is not a number fr"),
         (CHIP + '[part.x]\nkind = "uart"', r"\[part.x\] kind: a uart has transmit or receive on"),
         (CHIP + '[part.main]\nkind = "probe"', r"\[part.main\] has the name of \[chip.main\]"),

@@ -26,6 +26,13 @@ class BenchTable(Table):
         """Return true or false likewise."""
         return self.flag(key) if self.offers(key) else default
 
+    def either(self, one: str, other: str) -> str | None:
+        """Return which of two keys is there, of which only one can be; None for neither."""
+        given = [key for key in (one, other) if self.offers(key)]
+        if len(given) > 1:
+            raise self.error(other, f"says the same thing as {one}; leave one of them out")
+        return given[0] if given else None
+
     def nanoseconds(self, key: str) -> int | None:
         """Return a duration or time whose key ends in _us or _ms; None where it is not there."""
         if not self.offers(key):

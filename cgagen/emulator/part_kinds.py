@@ -34,10 +34,10 @@ class PartKind:
 
 
 def _sonar(sonar: Sonar, table: BenchTable) -> Sonar:
-    echo_ns = table.nanoseconds("echo_us")
-    if echo_ns is not None:
-        sonar.see_echo(echo_ns)
-    elif table.offers("distance_in"):
+    given = table.either("distance_in", "echo_us")
+    if given == "echo_us":
+        sonar.see_echo(table.nanoseconds("echo_us"))
+    elif given is not None:
         sonar.see(table.number("distance_in", 0, 1000))
     return sonar
 
@@ -59,10 +59,10 @@ def _whisker(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTab
 def _photocell(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable) -> Part:
     capacitor_uf = table.number("capacitor_uf", 1e-6, 1e4)
     cell = Photocell(name, bench.clock, leads["signal"], capacitor_uf)
-    drain_ns = table.nanoseconds("drain_us")
-    if drain_ns is not None:
-        cell.drain(drain_ns)
-    elif table.offers("resistance_ohm"):
+    given = table.either("resistance_ohm", "drain_us")
+    if given == "drain_us":
+        cell.drain(table.nanoseconds("drain_us"))
+    elif given is not None:
         cell.light(table.number("resistance_ohm", 1, 1e9))
     return cell
 

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 
 import pytest
-from command_bench import MS, US, Bench, Got, Sent, ToyPort, text
+from command_bench import MS, US, Bench, Got, Sent, ToyPort, finished, text
 
 from cgagen.emulator.commands import COMMANDS
 from cgagen.emulator.commands.analog import dtmfout, freqout, pwm
@@ -90,6 +90,37 @@ def lively_port() -> tuple[Bench, ToyPort]:
     bench.play(port.pins.wires[1], [(n * 1500 * US, n & 1) for n in range(400)])
     bench.run(0)
     return bench, port
+
+
+FETCHED: dict[str, Callable[[ToyPort, int], Command[Result]]] = {
+    "DTMFOUT": lambda p, ns: dtmfout(p, text(b"12", ns), pin=2, off_time=1, on_time=3),
+    "I2CIN": lambda p, ns: i2cin(
+        p, [Got(fetch_ns=ns), Got(fetch_ns=ns)], pin=8, slave=0xA1, address=3
+    ),
+    "I2COUT": lambda p, ns: i2cout(p, text(b"ab", ns), pin=8, slave=0xA0, address=3),
+    "LCDIN": lambda p, ns: lcdin(p, [Got(fetch_ns=ns), Got(fetch_ns=ns)], command=1, pin=8),
+    "LCDOUT": lambda p, ns: lcdout(p, text(b"ab", ns), command=1, pin=8),
+    "OWIN": lambda p, ns: owin(p, [Got(fetch_ns=ns), Got(fetch_ns=ns)], mode=3, pin=4),
+    "OWOUT": lambda p, ns: owout(p, text(b"ab", ns), mode=3, pin=3),
+    "SEROUT": lambda p, ns: serout(p, text(b"ab", ns), baud=240, pin=2),
+    "SHIFTIN": lambda p, ns: shiftin(
+        p, [Got(8, 0, fetch_ns=ns), Got(4, 0, fetch_ns=ns)], mode=0, data_pin=1, clock_pin=2
+    ),
+    "SHIFTOUT": lambda p, ns: shiftout(
+        p, [Sent(8, 99, fetch_ns=ns), Sent(4, 9, fetch_ns=ns)], mode=0, data_pin=3, clock_pin=2
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FETCHED)
+def test_every_item_takes_the_time_to_fetch_it(name: str) -> None:
+    ends = []
+    for ns in (0, 123_457):
+        port = ToyPort("BS2p")
+        for wire in port.pins.wires[:16]:
+            wire.pull = wire.level = 1
+        ends.append(finished(FETCHED[name](port, ns), port).done_ns)
+    assert ends[1] == (ends[0] or 0) + 2 * 123_457
 
 
 READ_PINS = {

@@ -56,6 +56,19 @@ def test_xout_is_in_step_with_the_mains() -> None:
     assert port.pins.directions == 1
 
 
+def test_xout_begins_low_and_looks_for_crossings_when_it_has_its_command() -> None:
+    """A crossing meanwhile is a change all the same, so the first bit goes out at once."""
+    bench, port = Bench(), ToyPort()
+    line = port.pins.wires[0]
+    line.pull = line.level = 1
+    out = bench.trace(line)
+    bench.play(port.pins.wires[1], [(0, 0), (3 * MS, 1)])
+    command = xout(port, [Sent(code(0, 0), ~1 & 0xFFFF, fetch_ns=5 * MS)], pin=0, zero_pin=1)
+    bench.start(port, command)
+    bench.run(100 * MS)
+    assert out.changes[:3] == [(0, 0), (5 * MS, 1), (6 * MS, 0)]
+
+
 def test_xout_without_mains_waits_for_ever() -> None:
     """S2 p. 465."""
     bench, port = Bench(), ToyPort()

@@ -143,8 +143,9 @@ def test_spstr_keeps_what_fits_and_needs_a_scratch_pad() -> None:
     assert bytes(port.scratch[:127]) == bytes(range(127))
     assert bytes(port.scratch[127:]) == bytes(9)
     assert last.taken == [130]
-    with pytest.raises(ExecutionError, match="BS2 has no scratch pad"):
-        received([Got(0x1000, 1, stores=False)], b"a")
+    for model in ("BS2", "BS2sx"):
+        with pytest.raises(ExecutionError, match=f"{model} has no SPSTR"):
+            received([Got(0x1000, 1, stores=False)], b"a", port=ToyPort(model))
 
 
 def test_the_time_out_is_that_of_a_byte() -> None:

@@ -22,6 +22,9 @@ _SCRATCH = 0x1000
 
 REGISTER_BYTES = 32
 
+_SCRATCH_ROOM = 127
+"""Bytes of the scratch pad that can be written, on the chips with SPSTR. Ref: S2 p. 93."""
+
 _BYTE = 0xFF
 
 
@@ -124,12 +127,11 @@ def _receive_string(
 
 def _receive_scratch(port: Port, length: int, receiver: Receiver) -> Command[None]:
     """SPSTR: what does not fit below the read-only locations is received and lost."""
-    room = {0: 0, 64: 63}.get(len(port.scratch), 127)
-    if not room:
-        raise ExecutionError(f"a {port.model.name} has no scratch pad for SPSTR; use a BS2p")
+    if len(port.scratch) < _SCRATCH_ROOM:
+        raise ExecutionError(f"a {port.model.name} has no SPSTR; use a BS2p or a BS2pe")
     for index in range(length):
         byte = yield from receiver.byte()
-        if index < room:
+        if index < _SCRATCH_ROOM:
             port.scratch[index] = byte
 
 

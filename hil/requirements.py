@@ -8,7 +8,7 @@ from typing import Any
 from cgagen.errors import RunError
 from hil.equivalence import Verdict
 
-PASSED, FAILED, BLOCKED = "passed", "failed", "BLOCKED"
+PASSED, FAILED = "passed", "failed"
 OURS = Path(__file__).parent / "requirements.toml"
 """Those of cgagen's own firmware."""
 
@@ -38,7 +38,7 @@ def matrix(
     Args:
         texts: sentences by id.
         tests: names of tests by id.
-        outcomes: of tests by name: passed, failed, skipped or BLOCKED.
+        outcomes: of tests by name: passed, failed, skipped, BLOCKED or UNPROVEN.
     """
     ids = [*texts, *sorted(set(tests) - set(texts))]
     return [
@@ -57,6 +57,7 @@ def matrix(
 def _verdict(outcomes: Sequence[str]) -> Verdict:
     if FAILED in outcomes:
         return Verdict.FAIL
-    if BLOCKED in outcomes:
-        return Verdict.BLOCKED
+    for verdict in (Verdict.BLOCKED, Verdict.UNPROVEN):
+        if verdict in outcomes:
+            return verdict
     return Verdict.PASS if PASSED in outcomes else Verdict.UNPROVEN

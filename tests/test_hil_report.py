@@ -286,14 +286,15 @@ def test_wrong_files_are_sentences(tmp_path: Path) -> None:
 
 
 def test_requirements_have_the_worst_of_their_tests() -> None:
-    tests = {"A": ["t1", "t2"], "B": ["t3"], "D": ["t4"]}
-    outcomes = {"t1": "passed", "t2": "failed", "t3": "skipped", "t4": "BLOCKED"}
+    tests = {"A": ["t1", "t2"], "B": ["t3"], "D": ["t4"], "E": ["t1", "t5"]}
+    outcomes = {"t1": "passed", "t2": "failed", "t3": "skipped", "t4": "BLOCKED", "t5": "UNPROVEN"}
     rows = matrix({"A": "first", "C": "none"}, tests, outcomes)
     assert [(row["id"], row["verdict"]) for row in rows] == [
         ("A", "FAIL"),
         ("C", "UNPROVEN"),
         ("B", "UNPROVEN"),
         ("D", "BLOCKED"),
+        ("E", "UNPROVEN"),
     ]
 
 

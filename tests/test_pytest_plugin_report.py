@@ -102,6 +102,23 @@ def test_what_could_not_be_set_up_says_nothing_of_the_firmware(tmp_path: Path) -
     assert json.loads((tmp_path / "r.json").read_text())["verdict"] == "BLOCKED"
 
 
+def test_what_could_not_be_tried_is_unproven(tmp_path: Path) -> None:
+    (tmp_path / "test_own.py").write_text(
+        "import pytest\n"
+        "@pytest.mark.hil_req('MINE')\n"
+        "def test_it(hil_check, hil_oracle):\n"
+        "    hil_check(hil_oracle, [])\n"
+        "@pytest.mark.hil_needs('power')\n"
+        "def test_power(hil_target): pass\n"
+        "def test_trace(hil_trace): pass\n"
+    )
+    words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=r.json", "--hil-require")
+    ended = inside(tmp_path, *words, "--hil-target=simulator")
+    assert "2 failed, 1 error" in ended.stdout, ended.stdout
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert report["verdict"] == report["requirements"][0]["verdict"] == "UNPROVEN"
+
+
 def test_a_worker_that_dies_is_no_pass(tmp_path: Path) -> None:
     (tmp_path / "test_own.py").write_text(
         "import os\n"

@@ -54,7 +54,15 @@ from cgagen.pytest_plugin.options import (
     targets_of,
 )
 from cgagen.pytest_plugin.ours import subjects_of
-from cgagen.pytest_plugin.session import LEVEL, REQUIREMENT, SESSION, VERDICT, WORKER, HilSession
+from cgagen.pytest_plugin.session import (
+    BLOCKED,
+    LEVEL,
+    REQUIREMENT,
+    SESSION,
+    VERDICT,
+    WORKER,
+    HilSession,
+)
 
 if TYPE_CHECKING:
     from hil.target import Target
@@ -174,7 +182,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     item.user_properties.append((LEVEL, wanted.level))
     item.stash[FILES] = TestFiles(item, wanted)
     if next(item.iter_markers("hil_hardware"), None) and not on_wires(item.config):
-        missing(item.config, "needs a target on a wire; name one with --hil-target serial:PORT")
+        missing(item, "needs a target on a wire; name one with --hil-target serial:PORT")
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -224,7 +232,7 @@ def pytest_runtest_makereport(
     if call.excinfo is not None and _of_firmware(item):
         error, sets_up = call.excinfo.value, call.when == "setup"
         if blocked(error, sets_up):
-            report.user_properties.append((VERDICT, "BLOCKED"))
+            report.user_properties.append((VERDICT, BLOCKED))
         if sets_up and report.failed:
             if FILES in item.stash:
                 item.stash[FILES].finish(str(error))
@@ -280,4 +288,4 @@ def _check_needs(item: pytest.Item) -> None:
             pytest.fail("hil_needs is about a target; ask for the fixture hil_target", False)
         lacks = [one for one in mark.args if one not in target.caps]
         if lacks:
-            missing(item.config, f"{target.url} cannot show: {', '.join(lacks)}")
+            missing(item, f"{target.url} cannot show: {', '.join(lacks)}")

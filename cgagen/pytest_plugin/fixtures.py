@@ -12,7 +12,7 @@ import pytest
 from cgagen.pytest_plugin.artifacts import FILES, Draw
 from cgagen.pytest_plugin.options import HilConfig
 from cgagen.pytest_plugin.ours import errors, load, subject_for
-from cgagen.pytest_plugin.session import SESSION, VERDICT
+from cgagen.pytest_plugin.session import SESSION, UNPROVEN, VERDICT
 
 if TYPE_CHECKING:
     from cgagen.stamp.image import Image
@@ -171,7 +171,7 @@ def hil_vectors(request: pytest.FixtureRequest, hil_subject: "Subject") -> "Trac
 def _trace(request: pytest.FixtureRequest, subject: "Subject", wanted: str) -> "Trace":
     path: Path | None = getattr(request, "param", None)
     if path is None:
-        missing(request.config, f"needs {wanted}")
+        missing(request.node, f"needs {wanted}")
     origin = load("hil.traces.sidecar").read_origin(path, str(path))
     if origin is not None and origin.role is not subject.role:
         pytest.skip(f"{path.name} is a {origin.role}'s, and {subject.robot.name} none")
@@ -247,9 +247,10 @@ def blocked(error: BaseException, sets_up: bool = False) -> bool:
     return sick and not isinstance(error, known.TargetTimeout)
 
 
-def missing(config: pytest.Config, words: str) -> NoReturn:
+def missing(item: pytest.Item, words: str) -> NoReturn:
     """Skip a test for which something is missing; with `--hil-require` it is an error."""
-    if config.stash[SESSION].asked.require:
+    if item.config.stash[SESSION].asked.require:
+        item.user_properties.append((VERDICT, UNPROVEN))
         pytest.fail(words, pytrace=False)
     pytest.skip(words)
 

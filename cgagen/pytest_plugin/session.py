@@ -34,7 +34,10 @@ DECIDING = ("target", "genome", "robot", "build", "level", "seed", "trace")
 OUTPUTS = ("record", "vcd", "coverage", "artifacts", "report")
 """Options that change nothing of what is tried."""
 
-PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
+PASSED, FAILED = "passed", "failed"
+
+BLOCKED, UNPROVEN = "BLOCKED", "UNPROVEN"
+"""Of a test that has failed, and not because a decision was wrong."""
 
 
 class HilSession:
@@ -45,7 +48,7 @@ class HilSession:
 
     Attributes:
         config: see there.
-        outcomes: of tests of firmware, by name: passed, failed, skipped or BLOCKED.
+        outcomes: of tests of firmware, by name: passed, failed, skipped, BLOCKED or UNPROVEN.
         requirements: names of tests, by the id of the requirement.
         failed: what was asked for could not be written.
     """
@@ -117,8 +120,9 @@ class HilSession:
         words = [name for name, _ in report.user_properties]
         if LEVEL not in words and REQUIREMENT not in words:
             return
-        blocked = (VERDICT, "BLOCKED") in report.user_properties
-        outcome = "BLOCKED" if blocked and report.failed else str(report.outcome)
+        last = [str(value) for name, value in report.user_properties if name == VERDICT][-1:]
+        unknown = report.failed and last in ([BLOCKED], [UNPROVEN])
+        outcome = last[0] if unknown else str(report.outcome)
         before = self.outcomes.get(report.nodeid, PASSED)
         self.outcomes[report.nodeid] = outcome if before == PASSED else before
         for name, value in report.user_properties:
@@ -230,7 +234,7 @@ class HilSession:
     def _write_reports(self, robots: list[dict[str, Any]]) -> list[Path]:
         report, requirements = load("hil.report"), load("hil.requirements")
         verdict = load("hil.equivalence").Verdict
-        words = {FAILED: verdict.FAIL, "BLOCKED": verdict.BLOCKED}
+        words = {FAILED: "FAIL", BLOCKED: BLOCKED, UNPROVEN: UNPROVEN}
         texts = requirements.read_requirements(self._requirements_file())
         data = report.report_of(
             robots,
@@ -239,7 +243,7 @@ class HilSession:
             self.again(),
             [report.read_kills(path) for path in self.asked.kills],
             requirements.matrix(texts, self.requirements, self.outcomes),
-            [words[one] for one in self.outcomes.values() if one in words]
+            [verdict(words[one]) for one in self.outcomes.values() if one in words]
             + [verdict.BLOCKED] * self._lost,
         )
         files: list[Path] = report.write_reports(self.asked.reports, data)

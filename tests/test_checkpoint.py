@@ -1,3 +1,5 @@
+"""Checkpoints: they come back to the last bit, and what is none is refused."""
+
 import io
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""The genetic algorithm on bits alone: its operators, their chances, and that it learns."""
+
 import numpy as np
 import pytest
 from hypothesis import given

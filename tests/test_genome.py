@@ -1,3 +1,5 @@
+"""Genomes as text and as values, and texts that are no genome."""
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

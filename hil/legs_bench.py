@@ -1,10 +1,17 @@
 """A locomotion controller in bench mode: the words of PROTOCOL.md, and what the legs do then."""
 
-from cgagen.bench_protocol import DUMP_LINE, LISTEN_MS, dump_request, parse_dump
+from cgagen.bench_protocol import DUMP_LINE, FRAME_LIMIT_MS, LISTEN_MS, dump_request, parse_dump
+from cgagen.robot.gait import frames_of
 from cgagen.stamp.image import Image
 from hil.legs_line import walk
 from hil.legs_trial import LegsTrial, standing, wanted_frames
 from hil.trial import MS, answered, ignores, want
+
+PROMPT_MS = 2_500
+"""The next prompt has come by then, or when the longest movement may be over. Choice."""
+
+EXTRA_FRAMES = 3
+"""Before and behind a movement, at most."""
 
 
 def speaks(trial: LegsTrial, image: Image) -> None:
@@ -52,14 +59,16 @@ def late_hello(trial: LegsTrial) -> None:
 def _bench_movement(trial: LegsTrial, request: str, command: int | None) -> None:
     answered(trial, request, f"!{request[1:]}")
     began_ns = trial.now_ns
-    want(trial.wait("byte 62", 2_500), "bench", f"no prompt behind {request}")
+    longest = max(frames_of(trial.robot, step) for step in trial.robot.steps)
+    limit_ms = max(PROMPT_MS, (longest + EXTRA_FRAMES) * FRAME_LIMIT_MS)
+    want(trial.wait("byte 62", limit_ms), "bench", f"no prompt behind {request}")
     seen = trial.frames(began_ns, "bench")
     if command is None:
         want(set(seen) <= {trial.rest}, "bench", f"{request} is walked twice")
         return
     frames = wanted_frames(trial.robot, command, trial.rest)
     extra = len(seen) - len(frames)
-    want(1 <= extra <= 3, "bench", f"{request}: {len(seen)} frames")
+    want(1 <= extra <= EXTRA_FRAMES, "bench", f"{request}: {len(seen)} frames")
     at = 1
     want(seen[:at] == [trial.rest], "bench", f"{request}: the first frame")
     trial.rest = frames[-1]

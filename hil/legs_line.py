@@ -1,6 +1,6 @@
 """A locomotion controller and its lines: GO, movements, and what is no GO."""
 
-from cgagen.bench_protocol import GO_MS
+from cgagen.bench_protocol import FRAME_LIMIT_MS, GO_MS
 from hil.legs_trial import LegsTrial, wanted_frames
 from hil.trial import MS, want
 
@@ -35,7 +35,11 @@ def walk(trial: LegsTrial, command: int) -> None:
     want(trial.holds, "handshake", f"does not take GO for {command}")
     trial.other.set(None)
     trial.command(7 - command)
-    want(trial.wait("step 1", len(frames) * 45), "handshake", f"never ends movement {command}")
+    want(
+        trial.wait("step 1", len(frames) * FRAME_LIMIT_MS),
+        "handshake",
+        f"never ends movement {command}",
+    )
     seen = trial.frames(went_ns, "gait")
     trial.command(command)
     want(seen[:1] == [trial.rest], "gait", f"first frame of movement {command}")
@@ -51,7 +55,7 @@ def line_kept_low(trial: LegsTrial) -> None:
     trial.wait("pulse 6", 60)
     trial.other.set(0)
     frames = wanted_frames(trial.robot, 3, trial.rest)
-    limit_ns = trial.now_ns + len(frames) * 45 * MS
+    limit_ns = trial.now_ns + len(frames) * FRAME_LIMIT_MS * MS
     trial.go_on(60)
     while trial.holds and trial.now_ns < limit_ns:
         trial.go_on(5)
@@ -70,7 +74,7 @@ def _counted(trial: LegsTrial, fault: str) -> None:
     """A fault is reported after the frames that PROTOCOL.md says, and nothing moves."""
     began_ns = trial.now_ns
     trial.forget()
-    want(trial.wait("byte 13", 9_000), "faults", f"no {fault!r}")
+    want(trial.wait("byte 13", IDLE_FRAMES * FRAME_LIMIT_MS), "faults", f"no {fault!r}")
     want(trial.said == fault, "faults", f"says {trial.said!r} for {fault!r}")
     frames = trial.frames(began_ns, "gait")
     want(set(frames) == {trial.rest}, "gait", f"moves before {fault!r}")
@@ -127,7 +131,7 @@ def taken_back(trial: LegsTrial) -> None:
             break
         want(set(trial.frames(start, "gait")) <= {trial.rest}, "gait", "walks without a GO")
     want(trial.holds, "handshake", "never takes GO")
-    want(trial.wait("step 1", len(frames) * 45), "handshake", "never ends the movement")
+    want(trial.wait("step 1", len(frames) * FRAME_LIMIT_MS), "handshake", "never ends the movement")
     seen = trial.frames(start, "gait")
     want(seen[-len(frames) :] == frames, "gait", "walks what the lines say after a reset")
     trial.rest = frames[-1]

@@ -9,17 +9,16 @@ from cgagen.bench_protocol import (
     STATE_KEY,
 )
 from cgagen.emulator.parts.sonar import middle_ns
+from cgagen.firmware.timing import step_timeout_ms
 from hil.layout import Place
 from hil.main_trial import MainTrial
 from hil.main_wanted import Wanted
 from hil.target import Observation, Stimulus
 from hil.trial import MS, want
 
-BUSY_MS = 2_600
-"""When `*BUSY` may come: past the longest movement. Choice."""
-
-FAST_BUSY_MS, SLOW_BUSY_MS = 3_200, 4_000
-"""When it has to have come, by how fast the chip computes between its looks. Choice."""
+FAST_LATE, SLOW_LATE = 1.25, 1.6
+"""By how much `*BUSY` may come late, for a chip that computes fast between its looks, and for
+another one. Choice."""
 
 LEGS_TAKE_MS = 60
 """How long after GO the other side takes it. Choice: two frames."""
@@ -84,13 +83,11 @@ def _kept_waiting(trial: MainTrial, number: int, stimulus: Stimulus, right: Obse
     trial.edges.clear()
     trial.forget()
     began_ns = trial.now_ns
-    want(
-        trial.wait("byte 13", FAST_BUSY_MS if trial.fast else SLOW_BUSY_MS),
-        "faults",
-        "no word of legs that never stand",
-    )
+    least_ms = step_timeout_ms(trial.robot)
+    most_ms = least_ms * (FAST_LATE if trial.fast else SLOW_LATE)
+    want(trial.wait("byte 13", most_ms), "faults", "no word of legs that never stand")
     want(trial.said == "*BUSY\r", "faults", f"says {trial.said!r}")
-    want(trial.now_ns - began_ns > BUSY_MS * MS, "faults", "loses its patience early")
+    want(trial.now_ns - began_ns > least_ms * MS, "faults", "loses its patience early")
     trial.go_on(50)
     want(not trial.edges, "handshake", "senses while the legs move")
     trial.other.set(None)

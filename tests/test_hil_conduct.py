@@ -4,11 +4,14 @@ from dataclasses import replace
 
 import pytest
 
+from cgagen.build import make_build
+from cgagen.robot.reader import parse_robot
 from cgagen.tokenizer import Tokenizer
 from hil.conduct import try_conduct
 from hil.equivalence import Verdict
 from hil.subject import Subject, subject_of
-from tests.firmware_cases import built
+from tests.firmware_cases import GENOME, PREDATOR, built
+from tests.firmware_cases import changed as changed_text
 
 
 def subject(case: str) -> Subject:
@@ -22,6 +25,19 @@ def test_robots_of_other_make_conduct_themselves(case: str, tokenizer: Tokenizer
     trial = try_conduct(subject(case), tokenizer.compile)
     assert (trial.verdict, trial.reason) == (Verdict.PASS, "")
     assert trial.agreed == {0: 1, 1: 1}
+
+
+def test_a_slow_robot_may_take_its_time(tokenizer: Tokenizer) -> None:
+    """Its movements last for nearly twice as many frames; its sonars rest for long."""
+    text = changed_text(
+        PREDATOR,
+        ("rest_ms = 5 ", "rest_ms = 60 "),
+        ("lift_frames = 6 ", "lift_frames = 10 "),
+        ("push_frames = 11 ", "push_frames = 24 "),
+    )
+    build = make_build(parse_robot(text, "slow.toml"), GENOME, tokenizer)
+    trial = try_conduct(subject_of(build, "slow"), tokenizer.compile)
+    assert (trial.verdict, trial.reason) == (Verdict.PASS, "")
 
 
 FAULTS = [

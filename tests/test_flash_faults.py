@@ -141,3 +141,14 @@ def test_ctrl_c_in_the_middle_says_what_the_chip_holds() -> None:
     port = FakePort(FakeChip("BS2"), SimClock())
     with pytest.raises(FlashError, match="stopped in the middle; the chip holds half"):
         program(Line(port, port.clock), "x", planned(image_of("BS2")), stop)
+
+
+def test_ctrl_c_before_anything_is_sent_leaves_the_old_program_running() -> None:
+    class Pressed(FakePort):
+        def write(self, data: bytes) -> int:
+            raise KeyboardInterrupt
+
+    port = Pressed(FakeChip("BS2"), SimClock())
+    with pytest.raises(KeyboardInterrupt):
+        program(Line(port, port.clock), "x", planned(image_of("BS2")))
+    assert (port.chip.state, port.chip.starts) == ("runs", 1)

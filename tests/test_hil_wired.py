@@ -220,6 +220,23 @@ def test_readings_that_are_always_refused_are_a_sick_bench(monkeypatch: pytest.M
     assert trial.verdict is Verdict.PASS
 
 
+class Remembering(BytePipe):
+    """Gives the host before the first answer to hello, as an adapter that kept it would."""
+
+    hellos = 0
+
+    def outgoing(self, data: bytes) -> bytes:
+        self.hellos += data.count(b"!H")
+        return data.replace(b"!H", b"!H~~\r=", 1) if self.hellos == 1 else data
+
+
+def test_the_answer_to_another_hello_is_none() -> None:
+    one = subject("prey")
+    with Remembering(bench(one)) as pipe, BenchHook(pipe.url, gaps=False) as hook:
+        assert hook.hello() == hook.nonce
+        assert pipe.hellos == 2
+
+
 class Slow(BytePipe):
     """An adapter that swallows all but the banner for a while: until the reset behind that."""
 

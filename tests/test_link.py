@@ -98,6 +98,8 @@ def test_a_port_that_is_none(tmp_path: Path) -> None:
         RigError, match=r"rfc2217://127.0.0.1:1: cannot be opened: .*is the other side"
     ):
         open_port("rfc2217://127.0.0.1:1")
+    with pytest.raises(RigError, match="bench: cannot be opened: it lacks the number of the sock"):
+        open_port("rfc2217://bench")
 
 
 def test_two_sessions_on_one_port(tmp_path: Path) -> None:

@@ -3,11 +3,14 @@
 import errno
 import grp
 import os
+import re
 import stat
 import termios
 from pathlib import Path
 
 PROCESSES = Path("/proc")
+
+_NUMBER = re.compile(r"://[^/]+:\d+")
 
 LOST = (OSError, TypeError, ValueError, termios.error)
 """What pyserial raises when a port goes away under it."""
@@ -33,6 +36,8 @@ def why_closed(name: str, error: BaseException) -> str:
         return busy(holders(name))
     if number in (errno.ENOTTY, errno.EINVAL, errno.EISDIR) or _is_file(name):
         return "it is no serial port; name another, `cgagen ports` lists them"
+    if "://" in name and not _NUMBER.search(name):
+        return "it lacks the number of the socket; say rfc2217://HOST:PORT or socket://HOST:PORT"
     if "://" in name:
         return f"{_plain(error)}; is the other side running and free, and the name right?"
     return f"{_plain(error)}; look at the cable and the name"

@@ -161,6 +161,8 @@ def _pairs(
         if state is not None:
             pairs.append(("state", state, act.said.state))
         pairs.append(("command", command, act.said.command))
+    elif subject.robot.telemetry:
+        pairs.append(("reading", reading, "nothing said"))
     made = act.trouble or (None if act.command is None else subject.movement(act.command))
     return [*pairs, ("movement", subject.movement(command), made)]
 

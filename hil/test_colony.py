@@ -195,6 +195,23 @@ def test_a_robot_whose_wiring_lost_a_sonar_stops_agreeing(
     assert (difference.step, difference.what) == (1, "predator reading")
 
 
+def test_a_robot_that_says_nothing_of_a_decision_is_seen(
+    predator: Subject,
+    prey: Subject,
+    numbers: WorldNumbers,
+    figure_7: NDArray[np.float64],
+    tokenizer: Tokenizer,
+) -> None:
+    source = predator.sources["main"]
+    silent = source.replace("  GOSUB Report\n", "  IF tries = 0 THEN GOSUB Report\n")
+    assert silent != source
+    faulty = compiled(predator, "main", silent, tokenizer)
+    difference = hunt(faulty, prey, numbers, figure_7, STEPS).difference
+    assert difference is not None
+    assert difference.what == "predator reading"
+    assert difference.observed == "nothing said"
+
+
 # -- The referee ------------------------------------------------------------------------------
 
 

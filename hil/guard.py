@@ -27,6 +27,8 @@ def is_clear(robot: Robot, stimulus: Stimulus, guard_counts: int) -> bool:
         return False
     if guard_counts == 0:
         return True
+    if any(0 < count <= guard_counts for count in stimulus.sonars):
+        return False  # so short an echo may be none, which is the farthest of all
     far_too = robot.limits is None and all(stimulus.touched)  # a prey then asks which is opener
     return all(_alone(row, guard_counts) for row in (*rows, *lit)) and all(
         _apart(one, other, guard_counts, far_too)
@@ -46,8 +48,8 @@ def beside(robot: Robot, guard_counts: int) -> list[Stimulus]:
     backgrounds = {index: [plain] for index in range(first)}
     for index in range(first, first + len(plain.lights)):
         other = 2 * first + 1 - index
-        far = with_values(plain, {other: lights[-1] - guard_counts - 1})
-        backgrounds[index] = [plain, far]
+        far = lights[-1] - guard_counts - 1
+        backgrounds[index] = [plain, *([with_values(plain, {other: far})] if far > 0 else [])]
     limits = [*sonar_limits(robot), *[lights] * len(plain.lights)]
     found = [
         with_values(background, {index: value})
@@ -55,6 +57,7 @@ def beside(robot: Robot, guard_counts: int) -> list[Stimulus]:
         for background in backgrounds[index]
         for limit in row
         for value in (limit - guard_counts - 1, limit + guard_counts)
+        if value > 0
     ]
     return [one for one in found if is_clear(robot, one, guard_counts)]
 

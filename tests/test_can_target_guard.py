@@ -87,6 +87,23 @@ def test_the_nearest_on_both_sides_of_a_threshold_are_tried_instead(role: str) -
             assert any(above not in (None, below) for below, above in pairs), (index, limit)
 
 
+@pytest.mark.parametrize("role", ["predator", "prey"])
+@pytest.mark.parametrize("guard", [400, 1_000, 2_586, 2_587])
+def test_a_wide_band_leaves_less_and_nothing_that_cannot_be(role: str, guard: int) -> None:
+    robot = subject(role).robot
+    readings = beside(robot, guard)
+    assert all(min(*one.sonars, *one.lights) >= 0 for one in readings)
+    assert readings or guard > 1_000
+    assert all(is_clear(robot, one, guard) for one in readings)
+
+
+def test_an_echo_that_may_vanish_is_not_clear() -> None:
+    """A rig that is off by two counts may present none of one: no echo at all."""
+    robot, plain = subject(PREDATOR).robot, nothing(PREDATOR)
+    clear = [is_clear(robot, with_values(plain, {0: count}), 2) for count in range(5)]
+    assert clear == [True, False, False, True, True]
+
+
 def test_what_is_too_near_is_left_out_and_counted() -> None:
     one = subject(PREDATOR)
     near = [stimulus for stimulus in thresholds(one.robot) if not is_clear(one.robot, stimulus, 2)]

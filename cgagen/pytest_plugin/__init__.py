@@ -209,15 +209,16 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> object | None:
     """Repeat a test that a sick bench has blocked, as often as asked for."""
     target: Any = pyfuncitem.funcargs.get("hil_target")
-    reruns = pyfuncitem.config.stash[SESSION].asked.reruns if target is not None else 0
+    if target is None:
+        return None
     names = pyfuncitem._fixtureinfo.argnames
     words = {name: pyfuncitem.funcargs[name] for name in names}
-    for _ in range(reruns):
+    for _ in range(pyfuncitem.config.stash[SESSION].asked.reruns):
         try:
             pyfuncitem.obj(**words)
             return True
         except Exception as error:
-            if target is None or not blocked(error):
+            if not blocked(error):
                 raise
             reset(target)
     return None  # the last time as any other test

@@ -183,6 +183,12 @@ def test_durations_are_a_table_on_stderr(emulate: Emulate, program: Program) -> 
     assert "no label Run" in err
 
 
+def test_no_durations_are_said(emulate: Emulate, program: Program) -> None:
+    code, out, err = emulate(program(BASIC + "Main:\nPAUSE 5\nEND\n"), "--durations")
+    assert (code, out, err.count("\n")) == (0, "", 1)
+    assert "no labelled routine has come to its end" in err
+
+
 def test_durations_in_json(emulate: Emulate, program: Program) -> None:
     code, out, err = emulate(program(ROUTINES), "--json", "--durations=Walk")
     assert (code, err) == (0, "")

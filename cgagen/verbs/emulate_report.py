@@ -31,8 +31,7 @@ def report(run: EmulateRun, file: Path, outcome: Outcome | None, given: dict[str
         Console(as_json=True).result(_data(run, file, outcome, waits), "")
     else:
         run.end_line()
-        if run.durations is not None:
-            click.echo(durations_text(run.durations.rows()), err=True)
+        _tell_durations(run)
     notes = [*fault_notes(run.bench.parts_of(Fault)), *([waits] if waits else [])]
     if run.chip.ended is not None and not any(run.chip.eeprom(run.chip.slot)):
         notes.append(
@@ -79,6 +78,17 @@ def _data(
     if run.durations is not None:
         data["durations"] = [row._asdict() for row in run.durations.rows()]
     return data
+
+
+def _tell_durations(run: EmulateRun) -> None:
+    rows = () if run.durations is None else run.durations.rows()
+    if rows:
+        click.echo(durations_text(rows), err=True)
+    elif run.durations is not None:
+        run.console.note(
+            "note: no labelled routine has come to its end, so none was measured: a routine ends "
+            "with RETURN, or where the program reaches a label again"
+        )
 
 
 def _waits(run: EmulateRun) -> str | None:

@@ -93,6 +93,18 @@ def test_ctrl_c_ends_cleanly(program: Program, tmp_path: Path) -> None:
     assert sorted(each.name for each in tmp_path.iterdir()) == ["it.bs2", "wave.vcd"]
 
 
+def test_a_reader_that_leaves_is_no_bug(program: Program) -> None:
+    running = subprocess.Popen(
+        command(program(ENDLESS), "--until-end"), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert running.stdout is not None
+    assert running.stderr is not None
+    assert running.stdout.read(1) == b"."
+    running.stdout.close()
+    assert (running.wait(timeout=60), running.stderr.read()) == (141, b"")
+    running.stderr.close()
+
+
 def command(path: Path, *words: object) -> list[str]:
     return [sys.executable, "-m", "cgagen", "emulate", str(path), *map(str, words)]
 

@@ -17,8 +17,9 @@ SENTENCES: dict[Symptom, str] = {
         "must have DTR and BREAK"
     ),
     Symptom.WRONG_ECHO: (
-        "another echo comes back than was sent ({detail}): noise, framing errors, or a second "
-        "talker; look at ground and cable, and whether the lines are inverted or of another speed"
+        "another echo comes back than was sent ({detail}): noise, framing errors, a second talker, "
+        "or wiring without echo; look at ground and cable, at SIN and SOUT, and whether the lines "
+        "are inverted or of another speed"
     ),
     Symptom.STRAY: (
         "bytes come that nobody has asked for ({detail}); look for a second talker on the line, "

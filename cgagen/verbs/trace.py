@@ -90,6 +90,7 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
         _check_free(given["output"], given["force"])
         subject = subject_named(genome, given, "simulator")
         with named_port(given["port"], "main") as port:
+            console.note(f"{port}: listening for {given['limit_s']:g} s at most; Ctrl-C ends it")
             trace, heard = record_telemetry(
                 subject, port, given["readings"] or 1_000_000, given["limit_s"]
             )

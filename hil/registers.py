@@ -75,6 +75,8 @@ class RegisterTarget(Closing):
         self.entry = self._entry_address()
         chip = self._to_decide(calibration(self.subject.robot))
         stop = chip.machine.memory.slots[chip.slot].header(chip.machine.gosubs[-1])
+        # What `Decide` does not set, or leaves as it was, shows: 7 is on the lines before.
+        chip.pins.set_latch(chip.pins.latch | sum(1 << pin for _, pin in self._shifts))
         self._routine, self._table = Routine(chip, stop), None
         self._before = list(self._routine.before)
         self._calibrate()

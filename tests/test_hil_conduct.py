@@ -1,17 +1,22 @@
 """Each controller's conduct on pins and port, for robots of several makes, and planted faults."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from cgagen.build import make_build
+from cgagen.errors import RigError
 from cgagen.robot.reader import parse_robot
 from cgagen.tokenizer import Tokenizer
 from hil.conduct import try_conduct
 from hil.equivalence import Verdict
-from hil.subject import Subject, subject_of
+from hil.registers import RegisterTarget
+from hil.subject import Subject, read_subject, subject_of
 from tests.firmware_cases import GENOME, PREDATOR, built
 from tests.firmware_cases import changed as changed_text
+
+FIRMWARE = Path(__file__).parent.parent / "firmware"
 
 
 def subject(case: str) -> Subject:
@@ -40,12 +45,15 @@ def test_a_slow_robot_may_take_its_time(tokenizer: Tokenizer) -> None:
     assert (trial.verdict, trial.reason) == (Verdict.PASS, "")
 
 
+LATCHED = "  commandLatch = command "
+
 FAULTS = [
     ("main", "  PAUSE GoTime", "  PAUSE GoTime - 1", "handshake: says GO too shortly"),
     ("main", "Start:\n", "Start:\n  LOW StepLine\n  PAUSE 9\n  INPUT StepLine\n", "drives a line"),
     ("main", "decisions = decisions + 1", "decisions = decisions + 1 & 127", "telemetry"),
     ("main", "DEC echo(Left)", "DEC echo(Right)", "telemetry"),
     ("main", "  PAUSE EchoRest\n", "  PAUSE EchoRest - 1\n", "sensing: sonar right: rest 4."),
+    ("main", LATCHED, f"  IF command > 0 THEN{LATCHED}", "lines: "),
     ("locomotion", "  IF StepLine = 1 THEN Ready ", "' ", "what the lines say after a reset"),
     ("locomotion", "BenchLeave:\n", "BenchLeave:\n  GOSUB Centre\n", "bench: moves as it is left"),
 ]  # fmt: skip
@@ -96,3 +104,11 @@ def test_a_source_without_the_names_of_a_generated_one_is_unproven(tokenizer: To
     trial = try_conduct(other, tokenizer.compile)
     assert trial.verdict is Verdict.UNPROVEN
     assert "main.bsp lacks" in trial.reason
+
+
+def test_a_command_that_is_left_as_it_was_shows_from_registers(tokenizer: Tokenizer) -> None:
+    """The answer to what is sensed at first is 0, as the lines are from a reset on."""
+    new = f"  IF command > 0 THEN{LATCHED}"
+    one = changed(read_subject(FIRMWARE / "predator"), "main", LATCHED, new, tokenizer)
+    with pytest.raises(RigError, match="command 7, the robot with 29 and 0"):
+        RegisterTarget(one, tokenizer.compile).open()

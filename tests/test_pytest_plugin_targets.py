@@ -3,6 +3,7 @@
 import json
 import shutil
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -23,7 +24,20 @@ def test_a_wrong_decision_on_any_target_comes_with_its_line(tmp_path: Path) -> N
         "def test_it(hil_target, hil_stimuli, hil_check):\n"
         "    hil_check(hil_target, hil_stimuli[:1])\n"
     )
-    ended = inside(tmp_path, "--rootdir", str(tmp_path.parent), CGAGEN_HIL_BUILD="build")
+    words = ("--rootdir", str(tmp_path.parent), "--junitxml=j.xml")
+    ended = inside(tmp_path, *words, CGAGEN_HIL_BUILD="build")
+    (case,) = ElementTree.parse(tmp_path / "j.xml").iter("testcase")
+    told = {one.get("name"): one.get("value") for one in case.iter("property")}
+    assert told == {
+        "hil_level": "smoke",
+        "hil_target": "emulator",
+        "hil_verdict": "FAIL",
+        "hil_decisions": "1",
+        "hil_image": read_subject(build).images["main"].digest,
+        "hil_genome": subject.genome_digest,
+        "hil_robot": subject.robot.digest[:8],
+        "hil_seed": "1",
+    }
     words = ended.stdout.splitlines()
     at = words.index("smallest reading: 0,0,0,0,0,0/--")
     assert words[at - 1].startswith("FAIL: the program answers state 0 with command 0, ")

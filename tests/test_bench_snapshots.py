@@ -1,5 +1,7 @@
 """Benches: going back in time."""
 
+from pathlib import Path
+
 import pytest
 
 from cgagen.build.bench import bench_text
@@ -113,6 +115,64 @@ def test_faults_on_wires_can_be_taken_back() -> None:
     assert (bench.end("main.P8").level, bench.part("f", Fault).fired) == (1, 0)
     bench.run(1100 * MS)
     assert (bench.end("main.P8").level, bench.part("f", Fault).fired) == (None, 1)
+
+
+OVERLAPPING = """format = "cgagen-bench-1"
+[wire.a]
+ends = ["gen.output", "seen.signal"]
+[wire.b]
+ends = ["other.signal"]
+pull = "up"
+[part.gen]
+kind = "signal"
+level = 0
+changes = [[3, 1], [6, 0], [9, 1], [12, 0], [15, 1], [18, 0]]
+[part.seen]
+kind = "probe"
+[part.other]
+kind = "probe"
+[fault.cut]
+kind = "open"
+end = "seen.signal"
+from_ms = 2
+until_ms = 14
+[fault.touch]
+kind = "bridge"
+wires = ["a", "b"]
+from_ms = 4
+until_ms = 16
+[fault.ground]
+kind = "short"
+wire = "b"
+level = 0
+from_ms = 8
+until_ms = 13
+[fault.dead]
+kind = "stuck"
+end = "seen.signal"
+level = 1
+from_ms = 10
+until_ms = 17
+"""
+
+
+@pytest.mark.parametrize("when_ms", [1, 3, 5, 9, 11, 13, 15, 16, 17])
+def test_overlapping_faults_can_be_taken_back(when_ms: int, tmp_path: Path) -> None:
+    bench = parse_bench(OVERLAPPING, "b", tmp_path)
+    bench.run(when_ms * MS)
+    before = bench.snapshot()
+    bench.run(20 * MS)
+    first = record(bench)
+    levels = [bench.wire(name).level for name in ("a", "b", "seen.signal", "other.signal")]
+    assert levels == [0, 1, 0, 1]
+    seen, other = (bench.part(name, Probe).edges for name in ("seen", "other"))
+    assert [(edge.time_ns // MS, edge.level) for edge in seen] == [
+        *((0, 0), (2, None), (10, 1), (17, None), (17, 1), (18, 0))
+    ]
+    assert [(edge.time_ns // MS, edge.level) for edge in other] == [(0, 1), (6, 0), (15, 1)]
+    bench.restore(before)
+    bench.run(20 * MS)
+    assert record(bench) == first
 
 
 def test_bookings_that_nobody_owns_are_refused() -> None:

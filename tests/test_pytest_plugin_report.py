@@ -134,6 +134,18 @@ def test_a_worker_that_dies_is_no_pass(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "r.json").read_text())["verdict"] == "BLOCKED"
 
 
+def test_a_wire_has_room_for_one_worker(tmp_path: Path) -> None:
+    (tmp_path / "test_own.py").write_text("def test_it(hil_target): pass\n")
+    words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-target=serial:/dev/none", "-n", "2")
+    ended = run(tmp_path, *words)
+    assert (ended.returncode, "add --dist loadgroup" in ended.stderr) == (4, True), ended.stderr
+    ended = run(tmp_path, *words, "--dist", "loadgroup")
+    assert "/dev/none: cannot be opened" in ended.stdout
+    (tmp_path / "test_own.py").write_text("def test_it(): pass\n")
+    ended = run(tmp_path, "-n", "1", CGAGEN_HIL_TARGET="serial:/dev/none")
+    assert "1 passed" in ended.stdout  # in the environment, it is said to every project
+
+
 def test_workers_of_xdist_share_one_report(tmp_path: Path) -> None:
     (tmp_path / "test_own.py").write_text(
         "import pytest\n"

@@ -107,6 +107,9 @@ class Ears:
         self._session.note_test(report)
 
 
+ALONE = ("no", "loadgroup")
+"""Ways of pytest-xdist to give tests to workers that leave those of a wire in one."""
+
 REPORTING = ("coverage", "report", "kills", "requirements")
 """Options that are looked at before the tests."""
 
@@ -133,9 +136,20 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Look at what a report needs, and begin to count executed lines, where that is wanted."""
-    if any(given(session.config, name) for name in REPORTING):
-        session.config.stash[SESSION].start()
+    """Look at what a report needs, and begin to count executed lines, where that is wanted.
+
+    Raises:
+        pytest.UsageError: several workers would fight for one wire.
+    """
+    config = session.config
+    named = config.getoption("--hil-target", None) or config.getini("hil_target")
+    if named and on_wires(config) and config.getoption("dist", "no") not in ALONE:
+        raise pytest.UsageError(
+            "a target on a wire has room for one worker of pytest-xdist; add --dist loadgroup, or "
+            "leave -n out"
+        )
+    if any(given(config, name) for name in REPORTING):
+        config.stash[SESSION].start()
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import tomli_w
 from numpy.typing import NDArray
-from oracle import Oracle, Pose
 
 from cgagen.robot import Arena, Robot, load_arena, load_robot
 from cgagen.robot.reader import ROBOTS_FOLDER, parse_arena, parse_robot
 from cgagen.words import GENES, GENOME_BITS
 from sim.numbers import Options
+from tests.oracle import Oracle, Pose
 
 Bits = NDArray[np.uint8]
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from pursuit import content
+from tests.pursuit import content
 
 Content = dict[str, Any]
 

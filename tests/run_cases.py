@@ -4,9 +4,8 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from toy_run import ToyFactory, record
-
 from cgagen.run import resume, start
+from tests.toy_run import ToyFactory, record
 
 
 def contents(folder):

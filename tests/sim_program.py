@@ -10,13 +10,13 @@ import sys
 
 import numpy as np
 from numpy.typing import NDArray
-from pursuit import hunter_bits, shipped
 
 from cgagen.words import GENOME_BITS
 from sim import batch
 from sim.episode import play_recorded
 from sim.model import World, words_of
 from sim.numbers import Options
+from tests.pursuit import hunter_bits, shipped
 
 RANDOMS, HUNTERS, STARTS = 40, 39, 9  # 711 episodes: not a multiple of the lanes
 PLAIN = 4

@@ -5,10 +5,8 @@ from functools import partial
 from itertools import pairwise
 
 import pytest
-from chip_programs import SECOND_NS, chip_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pbasic_random import RandomProgram
 
 from cgagen.emulator.block_flow import EXIT, flow_from
 from cgagen.emulator.blocks import block_text
@@ -22,6 +20,8 @@ from cgagen.stamp.chips import CHIPS
 from cgagen.stamp.chips import chip as model_of
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import SECOND_NS, chip_of
+from tests.pbasic_random import RandomProgram
 
 MODELS = [row.name for row in CHIPS]
 

@@ -1,12 +1,12 @@
 """Looking on while a chip runs: hooks, conditions, coverage."""
 
 import pytest
-from chip_programs import SECOND_NS, chip_of
 
 from cgagen.emulator.chip import Chip, End
 from cgagen.emulator.clock import Clock
 from cgagen.errors import BenchError
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import SECOND_NS, chip_of
 
 
 def test_hooks_stop_where_they_are(tokenizer: Tokenizer) -> None:

@@ -1,13 +1,13 @@
 """What a chip does to its pins by itself: END, BUTTON, polling, AUXIO."""
 
 import pytest
-from chip_programs import SECOND_NS, chip_of
 
 from cgagen.emulator.chip import End
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.polling import Polling
 from cgagen.emulator.wires import Wire
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import SECOND_NS, chip_of
 
 
 def test_end_lets_go_of_the_pins_every_2_3_seconds(tokenizer: Tokenizer) -> None:

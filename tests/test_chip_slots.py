@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import pytest
-from chip_programs import SECOND_NS, chip_of
 
 from cgagen.emulator.chip import Chip, End
 from cgagen.emulator.clock import Clock
@@ -12,6 +11,7 @@ from cgagen.errors import BenchError, ImageError
 from cgagen.stamp.chips import chip
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import SECOND_NS, chip_of
 
 
 def test_run_changes_the_slot_and_keeps_ram_and_pins(tokenizer: Tokenizer) -> None:

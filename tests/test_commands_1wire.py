@@ -1,7 +1,6 @@
 """OWIN and OWOUT against a thermometer made here from the rules of the bus."""
 
 import pytest
-from command_bench import US, Bench, Got, Task, ToyPort, text
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -9,6 +8,7 @@ from cgagen.emulator.clock import Clock
 from cgagen.emulator.commands.onewire import owin, owout
 from cgagen.emulator.wires import Wire
 from cgagen.errors import ExecutionError
+from tests.command_bench import US, Bench, Got, Task, ToyPort, text
 
 
 class Thermometer:

@@ -3,13 +3,13 @@
 import math
 
 import pytest
-from command_bench import MS, US, Bench, Sent, Task, ToyPort, Trace
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cgagen.emulator.commands.analog import Edges, dtmf_millihertz, dtmfout, freqout, pwm
 from cgagen.emulator.port import Result
 from cgagen.emulator.requests import Command
+from tests.command_bench import MS, US, Bench, Sent, Task, ToyPort, Trace
 
 
 def played(port: ToyPort, command: Command[Result], pin: int = 0) -> tuple[Trace, Task]:

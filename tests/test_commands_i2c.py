@@ -1,12 +1,12 @@
 """I2CIN and I2COUT against an EEPROM made here from the rules of the bus."""
 
 import pytest
-from command_bench import Bench, Got, Sent, ToyPort, finished, text
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cgagen.emulator.commands.i2c import i2cin, i2cout
 from cgagen.emulator.wires import Wire
+from tests.command_bench import Bench, Got, Sent, ToyPort, finished, text
 
 
 class Eeprom:

@@ -1,11 +1,11 @@
 """LCDCMD, LCDIN and LCDOUT against a display made here from its data sheet's rules."""
 
 import pytest
-from command_bench import Got, Sent, ToyPort, finished, text
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cgagen.emulator.commands.lcd import lcdcmd, lcdin, lcdout
+from tests.command_bench import Got, Sent, ToyPort, finished, text
 
 
 class Lcd:

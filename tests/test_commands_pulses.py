@@ -1,7 +1,6 @@
 """PULSOUT, PULSIN, RCTIME and COUNT at the edges of what the manual says."""
 
 import pytest
-from command_bench import MS, US, Bench, ToyPort, finished
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -9,6 +8,7 @@ from cgagen.emulator.commands.pulses import count, pulsin, pulsout, rctime
 from cgagen.emulator.pins import Pins
 from cgagen.emulator.port import Result
 from cgagen.emulator.requests import Command, Delay
+from tests.command_bench import MS, US, Bench, ToyPort, finished
 
 MODELS = ["BS2", "BS2e", "BS2sx", "BS2p", "BS2pe"]
 

@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Callable
 
 import pytest
-from command_bench import MS, US, Bench, Got, Sent, ToyPort, finished, text
 
 from cgagen.emulator.commands import COMMANDS
 from cgagen.emulator.commands.analog import dtmfout, freqout, pwm
@@ -24,6 +23,7 @@ from cgagen.emulator.port import Jump, Result
 from cgagen.emulator.requests import Command, Delay, Request
 from cgagen.stamp.chips import CHIPS
 from cgagen.stamp.opcodes import opcodes_of
+from tests.command_bench import MS, US, Bench, Got, Sent, ToyPort, finished, text
 
 Start = Callable[[ToyPort], Command[Result]]
 

@@ -1,12 +1,12 @@
 """SEROUT and SERIN against each other."""
 
-from command_bench import MS, Bench, Got, Sent, ToyPort, text
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cgagen.emulator.commands.serial_in import serin
 from cgagen.emulator.commands.serial_out import serout, serout_flow
 from cgagen.emulator.wires import Wire
+from tests.command_bench import MS, Bench, Got, Sent, ToyPort, text
 from tests.serial_frames import INVERTED, NO_LABEL, OPEN, RATES, SEVEN
 
 

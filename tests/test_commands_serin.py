@@ -1,7 +1,6 @@
 """SERIN: what it makes of bits on a wire."""
 
 import pytest
-from command_bench import MS, US, Bench, Got, Task, ToyPort, finished
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,6 +9,7 @@ from cgagen.emulator.pins import SIN
 from cgagen.emulator.port import Jump
 from cgagen.emulator.requests import Delay, Until
 from cgagen.errors import ExecutionError
+from tests.command_bench import MS, US, Bench, Got, Task, ToyPort, finished
 from tests.serial_frames import INVERTED, MODES, NO_LABEL, SEVEN, frame_7e1, frame_8n1
 
 

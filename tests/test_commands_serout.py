@@ -1,7 +1,6 @@
 """SEROUT: bits on the wire against a decoder that was written for these tests alone."""
 
 import pytest
-from command_bench import MS, US, Bench, Got, Sent, Task, ToyPort, Trace, finished, text
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,6 +9,7 @@ from cgagen.emulator.commands.serial_out import serout, serout_flow
 from cgagen.emulator.pins import SIN
 from cgagen.emulator.port import Jump
 from cgagen.errors import ExecutionError
+from tests.command_bench import MS, US, Bench, Got, Sent, Task, ToyPort, Trace, finished, text
 from tests.serial_frames import INVERTED, MODES, NO_LABEL, OPEN, RATES, SEVEN, frame_7e1, frame_8n1
 
 

@@ -1,12 +1,12 @@
 """SHIFTOUT and SHIFTIN against shift registers, and their edges against the manual's diagram."""
 
 import pytest
-from command_bench import US, Bench, Got, Sent, Task, ToyPort, finished
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cgagen.emulator.commands.shift import shiftin, shiftout
 from cgagen.emulator.wires import Wire
+from tests.command_bench import US, Bench, Got, Sent, Task, ToyPort, finished
 
 LSB_FIRST, MSB_FIRST = 0, 1
 MSB_PRE, LSB_PRE, MSB_POST, LSB_POST = range(4)

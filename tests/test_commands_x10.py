@@ -1,9 +1,9 @@
 """XOUT against the codes of X-10."""
 
 import pytest
-from command_bench import MS, US, Bench, Sent, ToyPort
 
 from cgagen.emulator.commands.xout import frame, xout
+from tests.command_bench import MS, US, Bench, Sent, ToyPort
 
 
 def code(house: int, key: int) -> int:

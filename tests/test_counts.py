@@ -5,11 +5,11 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracle import echo_counts, light_counts, threshold_counts
-from pursuit import other_world, shipped
 
 from cgagen.counts import FARTHEST_COUNT, echo_count, light_count, light_curve
 from cgagen.robot import SONAR_KINDS, load_robot
+from tests.oracle import echo_counts, light_counts, threshold_counts
+from tests.pursuit import other_world, shipped
 
 PREDATOR, PREY, ARENA = shipped()
 PER_IN = PREDATOR.echo_counts_per_in

@@ -1,7 +1,6 @@
 """Durations of routines, from programs whose PAUSEs say how long they take."""
 
 import pytest
-from chip_programs import SECOND_NS
 
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
@@ -11,6 +10,7 @@ from cgagen.emulator.timing import timing_of
 from cgagen.errors import SymbolError
 from cgagen.stamp.decode import decode
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import SECOND_NS
 
 HEAD = "' {$STAMP BS2}\n' {$PBASIC 2.5}\n"
 MS = 1_000_000

@@ -1,7 +1,6 @@
 """The stack machine and what is asked about its tokens, at the borders between kinds."""
 
 import pytest
-from chip_programs import chip_of
 
 from cgagen.emulator.expressions import Evaluator, depends_on_pins, expression_bits, token_bits
 from cgagen.emulator.pins import Pins
@@ -10,6 +9,7 @@ from cgagen.emulator.unknowns import CHOICES
 from cgagen.stamp.decode import decode
 from cgagen.stamp.program import Kind, Token
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import chip_of
 
 
 @pytest.mark.parametrize(

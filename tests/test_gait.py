@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import pytest
-from pursuit import content, robot_from
 
 from cgagen.robot import LEGS, Robot, load_robot
 from cgagen.robot.gait import angles_deg, frames_of, phases_of, pulses_counts
 from cgagen.robot.values import Step
 from cgagen.words import Movement
+from tests.pursuit import content, robot_from
 
 PREDATOR, PREY = load_robot("servobot-predator"), load_robot("servobot-prey")
 

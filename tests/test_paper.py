@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from pursuit import shipped
 
 from cgagen.evolve import Settings, first_generation
 from cgagen.robot import Robot
@@ -28,6 +27,7 @@ from sim.episode import Step, play_episode
 from sim.model import STEPS, World, words_of
 from sim.numbers import world_numbers
 from sim.starts import start_of
+from tests.pursuit import shipped
 
 PREDATOR, PREY, ARENA = shipped()
 NUMBERS = world_numbers(PREDATOR, PREY, ARENA)

@@ -5,11 +5,11 @@ auxiliary pins: not led out on these chips, and pulled up inside.
 """
 
 import pytest
-from chip_programs import SECOND_NS, chip_of
 
 from cgagen.emulator.chip import Chip, End
 from cgagen.emulator.wires import Wire
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import SECOND_NS, chip_of
 
 POLLED_RUN = (
     "POLLIN 0, 1\nPOLLRUN 1\nPOLLMODE %d\nDO\nPAUSE 1\nLOOP",

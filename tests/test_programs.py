@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import pytest
-from stamp_programs import FOLDER, StampProgram, programs, sources
 
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_file import read_bench
@@ -16,6 +15,7 @@ from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.decode import decode
 from cgagen.stamp.opcodes import opcodes_of
 from cgagen.tokenizer import Tokenizer
+from tests.stamp_programs import FOLDER, StampProgram, programs, sources
 
 PROGRAMS = programs()
 

@@ -5,12 +5,12 @@ import re
 from pathlib import Path
 
 import pytest
-from pursuit import other_world, robot_from
 
 from cgagen.errors import RobotError
 from cgagen.robot import ROBOTS_FOLDER, load_arena, load_robot, shipped
 from cgagen.robot.reader import parse_robot
 from cgagen.words import COMMANDS, Movement, Role
+from tests.pursuit import other_world, robot_from
 from tests.robot_changes import PREDATOR
 
 MARK = re.compile(r"\b(ref: S\d+|choice\b|measured\b)")

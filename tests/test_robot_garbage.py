@@ -8,11 +8,11 @@ import pytest
 import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pursuit import content
 
 from cgagen.errors import RobotError
 from cgagen.robot import Arena, Robot, load_robot
 from cgagen.robot.reader import parse_arena, parse_robot
+from tests.pursuit import content
 from tests.robot_changes import PREDATOR, PREY, Content, put
 
 

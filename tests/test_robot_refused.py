@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 import tomli_w
-from pursuit import content
 
 from cgagen.errors import RobotError
 from cgagen.robot import load_robot
 from cgagen.robot.reader import parse_arena, parse_robot
+from tests.pursuit import content
 from tests.robot_changes import PREDATOR, PREY, Change, Content, put
 
 

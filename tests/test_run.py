@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from toy_run import BuggyFactory, FatalFactory, ToyFactory, ToyScores, ToyWorld, record
 
 from cgagen import genome
 from cgagen.errors import StoppedError
 from cgagen.run import start
 from cgagen.run.streams import Purpose, stream
 from tests.run_cases import contents, resume_toy, unbroken
+from tests.toy_run import BuggyFactory, FatalFactory, ToyFactory, ToyScores, ToyWorld, record
 
 
 def rows_of(data):

@@ -12,13 +12,13 @@ import time
 from pathlib import Path
 
 import pytest
-import toy_run
-from toy_run import ToyFactory, record
 
 from cgagen.errors import RunError, StoppedError, StorageError
 from cgagen.run import folder as run_folder
 from cgagen.run import resume, start
+from tests import toy_run
 from tests.run_cases import contents, resume_toy, unbroken
+from tests.toy_run import ToyFactory, record
 
 TOY = [sys.executable, toy_run.__file__]
 

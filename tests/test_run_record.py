@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import pytest
-from toy_run import ToyFactory, ToyWorld, record
 
 from cgagen.evolve import Settings
 from cgagen.run import Inputs, RunSettings, read_record, start, streams
 from cgagen.run import folder as run_folder
 from cgagen.run.streams import Purpose, stream
+from tests.toy_run import ToyFactory, ToyWorld, record
 
 
 def test_the_record_is_its_text(tmp_path):

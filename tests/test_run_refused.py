@@ -3,13 +3,13 @@
 import itertools
 
 import pytest
-from toy_run import ToyFactory, record
 
 from cgagen import files
 from cgagen.errors import RunError, StoppedError, StorageError
 from cgagen.run import folder as run_folder
 from cgagen.run import start
 from tests.run_cases import contents, resume_toy, unbroken
+from tests.toy_run import ToyFactory, record
 
 
 def test_a_folder_in_use_is_refused(tmp_path, monkeypatch):

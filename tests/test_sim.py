@@ -8,17 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pursuit import (
-    arena_from,
-    content,
-    genes_of,
-    hunter_bits,
-    oracle_of,
-    poses_of,
-    random_bits,
-    robot_from,
-    shipped,
-)
 
 import sim
 from cgagen import counts
@@ -31,6 +20,17 @@ from sim.model import World, with_distance, words_of
 from sim.numbers import Options, Scoring, world_numbers
 from sim.scalar import play_scalar
 from sim.world import captured, score_of
+from tests.pursuit import (
+    arena_from,
+    content,
+    genes_of,
+    hunter_bits,
+    oracle_of,
+    poses_of,
+    random_bits,
+    robot_from,
+    shipped,
+)
 
 PREDATOR, PREY, ARENA = shipped()
 

@@ -16,12 +16,12 @@ from typing import Any
 import llvmlite.binding
 import numpy as np
 import pytest
-import sim_program
-from pursuit import shipped
 
 from sim.episode import play_recorded
 from sim.jit import cache_folder
 from sim.model import World
+from tests import sim_program
+from tests.pursuit import shipped
 
 GOLDEN_BATCH = "c4ea92eda2c1331ca154a805163118c09434bce90518e207b04bda99b1891412"
 """Starts, scores and steps of capture of 711 episodes; `python tests/sim_program.py batch`."""

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from pursuit import other_world, shipped
 
 from cgagen.errors import RobotError
 from sim.model import World
 from sim.starts import draw_starts, start_of
+from tests.pursuit import other_world, shipped
 
 PREDATOR, PREY, ARENA = shipped()
 

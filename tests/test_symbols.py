@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pbasic_random import RandomProgram
 
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
@@ -22,6 +21,7 @@ from cgagen.stamp.layout import Place, layout_of
 from cgagen.stamp.symbols import symbols_of
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
+from tests.pbasic_random import RandomProgram
 
 HERE = Path(__file__).parent
 SECOND_NS = 1_000_000_000

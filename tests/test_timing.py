@@ -7,8 +7,6 @@ by hand from the bits of each instruction; operators are left out of them.
 from dataclasses import fields, replace
 
 import pytest
-from chip_programs import chip_of
-from pbasic_random import RandomProgram
 
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import Clock
@@ -19,6 +17,8 @@ from cgagen.stamp.chips import CHIPS, chip
 from cgagen.stamp.decode import decode
 from cgagen.stamp.program import Kind, Token
 from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import chip_of
+from tests.pbasic_random import RandomProgram
 
 HEAD = "' {$STAMP %s}\n' {$PBASIC 2.5}\n"
 VARIABLES = "w VAR Word\nx VAR Word\nb VAR Byte\nn VAR Nib\nt VAR Bit\na VAR Word(2)\n"

@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 
 import pytest
-from toy_run import ToyWorld
 
 from cgagen import cli, genome
 from cgagen.verbs import evolve, progress
+from tests.toy_run import ToyWorld
 
 FEW = ["--generations", "25", "--population", "8"]
 

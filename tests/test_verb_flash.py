@@ -6,7 +6,6 @@ import pty
 from pathlib import Path
 
 import pytest
-from other_program import opened_by_another
 
 from cgagen.build import flashing, read_image
 from cgagen.build.checked import checked_images
@@ -30,6 +29,7 @@ from cgagen.stamp.chips import Chip, chip
 from cgagen.stamp.image import SENT, Image, Use
 from hil.emulated import robot_bench
 from tests.flash_cases import CHIPS, PREDATOR, blank, robot
+from tests.other_program import opened_by_another
 
 
 def holds(bench: Bench, name: str, image: Image) -> bool:

@@ -8,8 +8,15 @@ import numpy as np
 import oracle as by_angles
 import pytest
 from numpy.typing import NDArray
-from oracle import Look, Oracle, Pose
-from pursuit import (
+
+from cgagen.robot import Arena, Robot
+from cgagen.words import COMMANDS, Role
+from sim.episode import play_recorded
+from sim.model import STEPS, words_of
+from sim.numbers import Options, WorldNumbers, world_numbers
+from sim.starts import draw_starts
+from tests.oracle import Look, Oracle, Pose
+from tests.pursuit import (
     Bits,
     genes_of,
     hunter_bits,
@@ -19,13 +26,6 @@ from pursuit import (
     random_bits,
     shipped,
 )
-
-from cgagen.robot import Arena, Robot
-from cgagen.words import COMMANDS, Role
-from sim.episode import play_recorded
-from sim.model import STEPS, words_of
-from sim.numbers import Options, WorldNumbers, world_numbers
-from sim.starts import draw_starts
 
 TOLERANCE = 1e-9
 """Units and radians: how far the two may differ, and how near to a boundary a tie is."""

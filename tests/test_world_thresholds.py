@@ -3,11 +3,11 @@
 import numpy as np
 import oracle as by_angles
 import pytest
-from pursuit import oracle_of, other_world, shipped
 
 from cgagen.words import COMMANDS, Role
 from sim.numbers import world_numbers
 from sim.world import PreyReading, Reading, answer_of_reading, state_of_reading
+from tests.pursuit import oracle_of, other_world, shipped
 
 PREDATOR, PREY, _ARENA = shipped()
 

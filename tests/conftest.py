@@ -26,7 +26,7 @@ def tokenizer() -> Iterator[Tokenizer]:
 @pytest.fixture
 def short_hello(monkeypatch: pytest.MonkeyPatch) -> None:
     """For greetings on a bus that shall fail."""
-    monkeypatch.setattr("hil.can_session.HELLO_S", 0.5)
+    monkeypatch.setattr("hil.can_session.HELLO_S", 1.0)
     monkeypatch.setattr("hil.can_session.TRY_S", 0.1)
 
 

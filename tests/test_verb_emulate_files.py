@@ -183,6 +183,13 @@ def test_durations_are_a_table_on_stderr(emulate: Emulate, program: Program) -> 
     assert "no label Run" in err
 
 
+def test_durations_before_the_file(emulate: Emulate) -> None:
+    code, _, err = emulate("--durations", PROGRAMS / "hello.bs2")
+    assert code == 2
+    assert "Missing argument 'FILE'; --durations took it for labels, so put that behind" in err
+    assert "labels" not in emulate()[2]
+
+
 def test_no_durations_are_said(emulate: Emulate, program: Program) -> None:
     code, out, err = emulate(program(BASIC + "Main:\nPAUSE 5\nEND\n"), "--durations")
     assert (code, out, err.count("\n")) == (0, "", 1)

@@ -85,7 +85,8 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
 
         return serve_ports(console, file, given)
     if file is None:
-        raise click.UsageError("Missing argument 'FILE'.")
+        taken = "; --durations took it for labels, so put that behind FILE"
+        raise click.UsageError(f"Missing argument 'FILE'{taken if given['durations'] else ''}.")
     from cgagen.verbs.emulate_bench import chip_of, hold_pin, load_bench
     from cgagen.verbs.emulate_files import recorded, refuse_strangers
     from cgagen.verbs.emulate_report import report

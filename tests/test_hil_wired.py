@@ -187,9 +187,22 @@ def test_a_port_has_one_session_at_a_time() -> None:
         second.open()
 
 
+class Unheard(BenchHook):
+    """Says what it has to say to nobody."""
+
+    def speak(self, request: str, deadline_s: float) -> None:
+        raise RigError(request)
+
+
 def test_sessions_begin_with_numbers_of_their_own() -> None:
     """So a stale answer to the host before is none to this one."""
-    first = {BenchHook("/dev/none")._sign() for _ in range(50)}
+    first = set()
+    for _ in range(50):
+        hook = Unheard("/dev/none")
+        with pytest.raises(RigError):
+            hook.hello()
+        first.add(hook.nonce)
+    assert "" not in first
     assert len(first) > 1
 
 

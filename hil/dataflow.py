@@ -307,16 +307,20 @@ class Walk:
     ) -> Memory:
         element, _ = self._element(target, stack)
         first = place_of(element, target.size_bits)
-        self._check_pins(range(first, first + target.size_bits), value)
+        self._check_pins(range(first, first + target.size_bits), memory)
         return written(memory, target.size_bits, element, value)
 
-    def _check_pins(self, bits: range, _value: Value) -> None:
+    def _check_pins(self, bits: range, memory: Memory) -> None:
         """Refuse what changes pins other than those around the command lines."""
         if DIRS_BIT <= bits.start < VARIABLES_BIT:
             raise Refused("directions of pins are changed")
-        near = {line & ~3 for line in self._places.lines}
+        lines = set(self._places.lines)
+        near = {line & ~3 for line in lines}
         if OUTS_BIT <= bits.start < DIRS_BIT and any(bit & ~3 not in near for bit in bits):
             raise Refused("pins are changed that are no command lines")
+        at_once = lines <= set(bits) and all(memory[line] >= UNKNOWN for line in lines)
+        if self._places.step_line is None and lines & set(bits) and not at_once:
+            raise Refused("the command lines, which may be read at any time, are not set at once")
 
 
 _STEPS: dict[str, Callable[[Walk, Instruction, State], Iterator[State]]] = {

@@ -7,9 +7,9 @@
    partition of all 65,536^n readings and all positions of the antennas (`hil.partition`).
 3. One reading of each cell is put to the image itself, and to the simulator. Where all agree,
    they agree on every reading that can be.
-4. Whatever the reading, the answer is set on the command lines by the routine itself, and what
-   the program does from there to its next look depends on nothing but the answer
-   (`hil.afterwards`).
+4. Whatever the reading, the answer is set on the command lines by the routine itself (and at
+   once, where there is no step line and they may be read at any time), and what the program does
+   from there to its next look depends on nothing that was sensed or decided (`hil.afterwards`).
 
 Taken for granted: that the emulator carries out tokens as the chip does (FIDELITY.md); that the
 pins are measured as they should be, and each of the eight answers told as it should be, which is

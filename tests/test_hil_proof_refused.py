@@ -4,6 +4,8 @@ import pytest
 
 from cgagen.tokenizer import Tokenizer
 from hil.proof import prove
+from hil.subject import subject_of
+from tests.firmware_cases import built
 from tests.proof_cases import PASS, UNPROVEN, questions, with_image, with_source
 
 UNLIT = "  litLeft = 0\n"
@@ -129,3 +131,20 @@ def test_more_cells_than_can_be_tried_are_refused_at_once(tokenizer: Tokenizer) 
     proof = prove(subject, sample=9)
     assert proof.verdict is UNPROVEN
     assert "cells, more than" in proof.text()
+
+
+@pytest.mark.parametrize(
+    "new",
+    [
+        f"  commandLatch = 0\n{LATCHED}",
+        f"{LATCHED}\n  commandLatch = command\n'",
+        "  commandLatch.BIT2 = command >> 2\n  commandLatch.BIT1 = command >> 1\n"
+        "  commandLatch.BIT0 = command '",
+    ],
+)
+def test_lines_that_are_read_at_any_time_are_set_at_once(new: str, tokenizer: Tokenizer) -> None:
+    """Without a step line nobody waits: a command in between is a command."""
+    subject = subject_of(built("predator-free-running"), "free")
+    proof = prove(with_source(subject, tokenizer, (LATCHED, new)), sample=9)
+    assert proof.verdict is UNPROVEN, proof.text()
+    assert "are not set at once" in proof.text()

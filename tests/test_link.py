@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 import serial
-from other_program import opened_by_another
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
@@ -19,6 +18,7 @@ from cgagen.link import why
 from cgagen.link.port import PortLock, open_port, reset_by_dtr
 from cgagen.link.ports import PortInfo, all_ports, choose_port
 from cgagen.link.prompted import PromptedPort
+from tests.other_program import opened_by_another
 
 ONE = PortInfo("/dev/ttyUSB0", 0x0403, 0x6001, "A1", "FT232R")
 TWO = PortInfo("/dev/ttyUSB1", 0x0403, 0x6001, "B2")
@@ -183,11 +183,19 @@ def test_a_plain_socket_is_not_reset_in_silence() -> None:
         reset_by_dtr("socket://127.0.0.1:1", serial.SerialBase())
 
 
-def test_a_port_that_another_program_has_open() -> None:
-    """That program is named where it is one's own."""
+@pytest.mark.parametrize(
+    ("way", "seen"),
+    [("serial.Serial(sys.argv[1], exclusive=True)", False), ("open(sys.argv[1])", True)],
+)
+def test_a_port_that_another_program_has_open(
+    way: str, seen: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another user's program is not seen before; it has locked the port, or it cannot be known."""
+    if not seen:
+        monkeypatch.setattr("cgagen.link.port.holders", lambda _: [])
     master, slave = pty.openpty()
     name = os.ttyname(slave)
-    with opened_by_another(name, "serial.Serial(sys.argv[1], exclusive=True)") as number:
+    with opened_by_another(name, way) as number:
         with pytest.raises(RigError, match=rf"another program has it open .*process {number}"):
             open_port(name)
     os.close(master)

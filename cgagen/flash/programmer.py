@@ -15,7 +15,7 @@ from cgagen.flash.requests import Progress, Restart, TroubleError
 from cgagen.flash.verify import read_back, refuse_mute
 from cgagen.link.port import PortLock, close_port, open_port
 from cgagen.link.steered import SIGN, has_lines, split_control
-from cgagen.link.why import LINELESS, LOST, busy, holders
+from cgagen.link.why import LINELESS, LOST
 from cgagen.stamp.chips import Chip
 from cgagen.stamp.image import Image
 
@@ -170,7 +170,6 @@ def opened(port_name: str, clock: Clock | None = None) -> Iterator[Line]:
                 f"{port_name}: carries neither BREAK nor DTR, so nothing can be reset for a "
                 f"download; use rfc2217://, which does, or say {SIGN}HOST:PORT behind it"
             )
-        _refuse_shared(port_name, base)
         port = open_port(port_name)
         remote = "://" in base or bool(control)
         try:
@@ -183,17 +182,6 @@ def opened(port_name: str, clock: Clock | None = None) -> Iterator[Line]:
 
 def _error(state: State) -> type[CgagenError]:
     return FlashError if state.begun else RigError
-
-
-def _refuse_shared(port_name: str, device: str) -> None:
-    """Refuse a port that somebody else has open and does not lock: both would lose bytes.
-
-    Raises:
-        RigError: who it is.
-    """
-    others = holders(device)
-    if others:
-        raise RigError(f"{port_name}: {busy(others)}")
 
 
 def _lost(port_name: str, state: State, error: BaseException) -> CgagenError:

@@ -16,7 +16,7 @@ from cgagen.bench_protocol import BAUD
 from cgagen.errors import RigError
 from cgagen.files import digest
 from cgagen.link.steered import SIGN, SteeredPort, has_lines, split_control
-from cgagen.link.why import LINELESS, LOST, why_closed
+from cgagen.link.why import LINELESS, LOST, busy, holders, why_closed
 
 READ_S = 0.05
 """How long one read waits. Choice."""
@@ -115,9 +115,12 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
         baud: bits per second.
 
     Raises:
-        RigError: it cannot be opened.
+        RigError: it cannot be opened, or another program has it open, as far as that can be seen.
     """
     base, control = split_control(name)
+    others = holders(base)
+    if others:  # who reads along without a lock would get every other byte
+        raise RigError(f"{base}: {busy(others)}")
     try:
         port = serial.serial_for_url(base, do_not_open=True)
         port.baudrate, port.timeout = baud, READ_S

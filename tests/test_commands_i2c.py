@@ -164,6 +164,18 @@ def test_i2c_bit_rate(model: str, rate: int) -> None:
     assert abs(900 * 1e9 / (long.done_ns - short.done_ns) / rate - 1) < 0.001
 
 
+def test_every_part_of_a_conversation_takes_whole_bits() -> None:
+    """Nobody answers: 8 starts with 9 bits each, then 9 a byte (address, data), and the stop."""
+    port = ToyPort("BS2p")
+    for wire in port.pins.wires[:2]:
+        wire.pull = wire.level = 1
+    task = finished(i2cout(port, text(b"a"), pin=0, slave=0xA0, address=3), port)
+    assert task.done_ns == (8 * (1 + 9) + 2 * 9 + 1) * port.timing.i2c_bit_ns
+    # reading: called for its address, called again, 9 bits with their last answer, and the stop
+    task = finished(i2cin(port, [Got()], pin=0, slave=0xA1, address=3), port)
+    assert task.done_ns == (2 * 8 * (1 + 9) + 2 * 9 + 1) * port.timing.i2c_bit_ns
+
+
 @given(st.binary(min_size=1, max_size=6), st.integers(0, 255))
 def test_what_i2cout_writes_i2cin_reads(data: bytes, address: int) -> None:
     bench, port, _ = i2c_bench()

@@ -115,7 +115,6 @@ class _Bus:
         """Answer the last byte with no acknowledgement, which ends the slave's sending."""
         if self._reading:
             yield from self._clock(1)
-        self._reading = False
 
     def stop(self) -> Command[None]:
         """Let SDA rise while SCL is high; both pins end as inputs."""

@@ -11,7 +11,7 @@ from hil.legs_line import walk
 from hil.legs_trial import LegsTrial
 from hil.lone import MS, Lone
 from hil.lone_cases import SEEN_MS, as_asked, subject
-from hil.target import Stimulus
+from hil.stimuli import neutral
 
 ROBOTS = ("predator", "prey")
 LONGEST_FRAME_NS = 45 * MS
@@ -20,12 +20,6 @@ LONGEST_FRAME_NS = 45 * MS
 
 PULSIN_COUNTS = RCTIME_COUNTS = 65_536
 """So long a chip waits for an echo that never comes, or for the end of the dark."""
-
-
-def nothing(name: str) -> Stimulus:
-    """No echo at all, and no light."""
-    robot = subject(name).robot
-    return Stimulus((0,) * len(robot.sonars), lights=(0, 0) if robot.light else ())
 
 
 def pulses(lone: Lone) -> list[Pulses]:
@@ -41,7 +35,7 @@ def test_the_longest_decision_is_the_sum_of_all_time_outs(name: str) -> None:
     """Every PULSIN waits in vain: that is all that there is to wait for, and a little code."""
     robot = subject(name).robot
     lone = Lone(subject(name))
-    lone.show(nothing(name))
+    lone.show(neutral(subject(name).robot))
     as_asked(lone.walk(2))
     times = [go - rise for rise, go in zip(lone.rise_ns, lone.go_ns, strict=False)]
     lights = len(robot.light.sensors) if robot.light else 0
@@ -55,7 +49,7 @@ def test_the_longest_decision_is_the_sum_of_all_time_outs(name: str) -> None:
 def test_no_frame_is_lost_while_the_main_controller_measures(name: str) -> None:
     """From the banner over a decision without echo to the end of a movement and another one."""
     lone = Lone(subject(name))
-    lone.show(nothing(name))
+    lone.show(neutral(subject(name).robot))
     as_asked(lone.walk(2))
     seen = pulses(lone)
     assert len(seen) == 12

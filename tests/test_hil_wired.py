@@ -16,7 +16,7 @@ from hil.emulated import robot_bench
 from hil.equivalence import Verdict, compare
 from hil.pipe import BytePipe
 from hil.registers import calibration
-from hil.stimuli import every_state, thresholds
+from hil.stimuli import every_state, neutral, thresholds
 from hil.subject import Subject
 from hil.target import Stimulus
 from hil.targets import make_target
@@ -155,13 +155,11 @@ def test_a_chip_that_falls_silent_is_blocked(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(prompted, "LIFE_S", 0.1)
     one = subject("prey")
     with Dying(bench(one)) as pipe:
-        trial = try_target(one, lambda: WiredTarget(pipe.url, one, gaps=False), [neutral(one)])
+        trial = try_target(
+            one, lambda: WiredTarget(pipe.url, one, gaps=False), [neutral(one.robot)]
+        )
     assert trial.verdict is Verdict.BLOCKED
     assert "nothing else comes either" in trial.reason
-
-
-def neutral(one: Subject) -> Stimulus:
-    return Stimulus((0,) * len(one.robot.sonars), lights=(0, 0) if one.robot.light else ())
 
 
 def test_a_port_where_nobody_answers_is_blocked(monkeypatch: pytest.MonkeyPatch) -> None:

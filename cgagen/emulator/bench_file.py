@@ -33,7 +33,7 @@ The kinds of parts, with their ends and their settings::
 
     ping       signal            distance_in or echo_us; without, nothing is in sight
     srf04      trigger echo      likewise: distance_in, echo_us
-    whisker    signal            touched (false)
+    whisker    signal            touched (false); a push-button to ground is the same
     photocell  signal            capacitor_uf; resistance_ohm or drain_us, without, it is dark
     servo      signal            centre_us (1500) us_per_deg (10) deg_per_s (300) angle_deg (0)
                                  mirrored (false)

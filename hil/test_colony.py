@@ -113,8 +113,11 @@ def test_every_fixed_start(
 # -- Planted faults are seen ------------------------------------------------------------------
 
 
-def compiled(subject: Subject, chip: str, source: str, tokenizer: Tokenizer) -> Subject:
-    image = tokenizer.compile(source, subject.files[chip]).image
+def changed(subject: Subject, chip: str, old: str, new: str, tokenizer: Tokenizer) -> Subject:
+    """A robot with one thing else in a program."""
+    source = subject.sources[chip]
+    assert old in source
+    image = tokenizer.compile(source.replace(old, new, 1), subject.files[chip]).image
     return replace(subject, images={**subject.images, chip: image})
 
 
@@ -126,10 +129,8 @@ def test_swapped_rows_of_the_gait_are_seen(
     tokenizer: Tokenizer,
 ) -> None:
     """The first decision is RIGHT_FORWARD; its table becomes that of LEFT_FORWARD."""
-    source = predator.sources["locomotion"]
-    swapped = source.replace("DATA    SwingC, 0,", "DATA    SwingD, 0,")
-    assert swapped != source
-    faulty = compiled(predator, "locomotion", swapped, tokenizer)
+    rows = "DATA    SwingC, 0,", "DATA    SwingD, 0,"
+    faulty = changed(predator, "locomotion", *rows, tokenizer)
     difference = hunt(faulty, prey, numbers, figure_7, STEPS).difference
     assert difference is not None
     assert (difference.step, difference.what) == (1, "predator movement")
@@ -143,10 +144,8 @@ def test_one_byte_of_one_pose_is_seen(
     figure_7: NDArray[np.float64],
     tokenizer: Tokenizer,
 ) -> None:
-    source = predator.sources["locomotion"]
-    changed = source.replace("221, 154, 221, 164, 211, 164", "221, 154, 221, 164, 210, 164", 1)
-    assert changed != source
-    faulty = compiled(predator, "locomotion", changed, tokenizer)
+    rows = "221, 154, 221, 164, 211, 164", "221, 154, 221, 164, 210, 164"
+    faulty = changed(predator, "locomotion", *rows, tokenizer)
     difference = hunt(faulty, prey, numbers, figure_7, STEPS).difference
     assert difference is not None
     assert "RM_horizontal" in difference.text()
@@ -202,10 +201,8 @@ def test_a_robot_that_says_nothing_of_a_decision_is_seen(
     figure_7: NDArray[np.float64],
     tokenizer: Tokenizer,
 ) -> None:
-    source = predator.sources["main"]
-    silent = source.replace("  GOSUB Report\n", "  IF tries = 0 THEN GOSUB Report\n")
-    assert silent != source
-    faulty = compiled(predator, "main", silent, tokenizer)
+    lines = "  GOSUB Report\n", "  IF tries = 0 THEN GOSUB Report\n"
+    faulty = changed(predator, "main", *lines, tokenizer)
     difference = hunt(faulty, prey, numbers, figure_7, STEPS).difference
     assert difference is not None
     assert difference.what == "predator reading"

@@ -148,7 +148,7 @@ def compare(
     trial.stale = asker.stale + target.stale - stale
     if trial.findings:
         trial.smallest = trial.smallest or min(trial.findings, key=_weight_in(subject))
-        if explain is not None and trial.smallest.observed is not None:
+        if explain is not None:
             trial.smallest = replace(trial.smallest, lines=explain(trial.smallest))
         trial.verdict, trial.reason = Verdict.FAIL, trial.smallest.why
     elif trial.verdict is Verdict.PASS and not trial.decisions:

@@ -43,6 +43,13 @@ def table_line(source: str, file: str, role: Role, state: int) -> Line | None:
     return None
 
 
+def last_lines(source: str, file: str, passed: Sequence[int]) -> tuple[Line, ...]:
+    """Return the last lines that a program went through which did not come back from there."""
+    lines = source.splitlines()
+    numbers = list(dict.fromkeys(reversed(passed)))[:MOST_LINES]
+    return tuple(Line(file, number, lines[number - 1]) for number in numbers)
+
+
 def deciding_lines(
     source: str, file: str, passed: Sequence[int], variable: str, counts: Sequence[int]
 ) -> tuple[Line, ...]:

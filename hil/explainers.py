@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
-from cgagen.errors import CgagenError
+from cgagen.errors import CgagenError, TargetTimeout
 from cgagen.words import Role
 from hil.equivalence import Explain, Finding
-from hil.explain import Line, deciding_lines, table_line
+from hil.explain import Line, deciding_lines, last_lines, table_line
 from hil.registers import Compile, RegisterTarget
 from hil.subject import Subject
+from hil.target import Observation, Stimulus
 
 
 def explainer_elsewhere(subject: Subject, compile_source: Compile) -> Explain:
@@ -19,18 +20,30 @@ def explainer_elsewhere(subject: Subject, compile_source: Compile) -> Explain:
 
     def explain(finding: Finding) -> tuple[Line, ...]:
         observed, stimulus = finding.observed, finding.stimulus
-        if observed is None or stimulus is None:
+        if stimulus is None:
             return ()
         try:
             with RegisterTarget(subject, compile_source) as target:
-                seen = target.decide(stimulus)
-                if seen.command != observed.command or observed.state not in (None, seen.state):
+                seen = _decided(target, stimulus)
+                if (seen is None) != (observed is None):
                     return ()
+                if seen is not None and observed is not None:
+                    differs = observed.state not in (None, seen.state)
+                    if differs or seen.command != observed.command:
+                        return ()
                 return explainer(subject, target)(replace(finding, observed=seen))
         except CgagenError:
             return ()
 
     return explain
+
+
+def _decided(target: RegisterTarget, stimulus: Stimulus) -> Observation | None:
+    """Return the decision; None where it comes to none."""
+    try:
+        return target.decide(stimulus)
+    except TargetTimeout:
+        return None
 
 
 def explainer(subject: Subject, target: RegisterTarget) -> Explain:
@@ -39,8 +52,10 @@ def explainer(subject: Subject, target: RegisterTarget) -> Explain:
 
     def explain(finding: Finding) -> tuple[Line, ...]:
         expected, observed = finding.expected, finding.observed
-        if observed is None or finding.stimulus is None or expected.state is None:
+        if finding.stimulus is None or expected.state is None:
             return ()
+        if observed is None:
+            return last_lines(source, file, target.trace(finding.stimulus))
         if observed.state == expected.state:
             line = table_line(source, file, subject.role, expected.state)
             return (line,) if line else ()

@@ -15,7 +15,8 @@ def finding_lines(small: Finding, subject: Subject) -> list[str]:
     lines = [f"smallest reading: {small.stimulus.text()}"] if small.stimulus else []
     lines += [f"expected: {_told(small.expected, subject)}"]
     lines += [f"{small.by}: {_told(small.observed, subject)}"]
-    return [*lines, *(f"decided in {line}" for line in small.lines)]
+    where = "decided in" if small.observed else "ends in"
+    return [*lines, *(f"{where} {line}" for line in small.lines)]
 
 
 def _told(seen: Observation | None, subject: Subject) -> str:

@@ -5,12 +5,13 @@ through the pins, and it is not believed before it has agreed with them.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import count
 
 from cgagen.closing import Closing
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.routine import Routine
-from cgagen.errors import CgagenError, RigError, TargetTimeout
+from cgagen.errors import CgagenError, ExecutionError, RigError, TargetTimeout
 from cgagen.robot import Robot
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image, Use
@@ -167,7 +168,10 @@ class RegisterTarget(Closing):
         return words
 
     def trace(self, stimulus: Stimulus) -> list[int]:
-        """Return the source lines that `Decide` goes through, in order, each once in a row."""
+        """Return the source lines that `Decide` goes through, in order, each once in a row.
+
+        Where it does not come back, or comes to what is no instruction, they end there.
+        """
         chip = self._to_decide(calibration(self.subject.robot))
         chip.registers.words[:] = self.registers(stimulus)
         depth, lines = len(chip.machine.gosubs), list[int]()
@@ -182,7 +186,8 @@ class RegisterTarget(Closing):
 
         remove = chip.on_instruction(hook)
         try:
-            self._pins.bench.run(self._pins.bench.clock.now_ns + DECISION_LIMIT_NS)
+            with suppress(ExecutionError):
+                self._pins.bench.run(self._pins.bench.clock.now_ns + DECISION_LIMIT_NS)
         finally:
             remove()
         return lines

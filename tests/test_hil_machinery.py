@@ -14,6 +14,7 @@ from hil.decisions import Decision, read_decisions, write_decisions
 from hil.emulated import PinsTarget
 from hil.equivalence import Verdict, compare
 from hil.explainers import explainer, explainer_elsewhere
+from hil.outcome import finding_lines
 from hil.registers import RegisterTarget, calibration
 from hil.simulated import SimulatedTarget
 from hil.stimuli import Level, every_state, neutral, stimuli_of, thresholds
@@ -252,6 +253,27 @@ def test_a_program_that_comes_to_no_instruction_has_failed(
     for trial in (try_target(empty, lambda: PinsTarget(empty), []), try_timing(empty)[0]):
         assert trial.verdict is Verdict.FAIL
         assert "main: slot 0, stream bit" in trial.reason
+
+
+def test_a_program_that_hangs_has_failed_with_the_line_where_it_does(
+    predator: Subject, tokenizer: Tokenizer
+) -> None:
+    old = "nearest < EchoFrontNear THEN obstacle = NearFront\n"
+    spin = "IF nearest = 1843 THEN Spin"
+    hangs = with_source(predator, tokenizer, old, f"{old}Spin:\n      {spin}\n")
+    readings = [neutral(hangs.robot), Stimulus((1843, 0, 0), lights=(0, 0))]
+    with RegisterTarget(hangs, tokenizer.compile) as target, PinsTarget(hangs) as pins:
+        trials = [
+            compare(hangs, target, readings, explainer(hangs, target)),
+            compare(hangs, pins, readings, explainer_elsewhere(hangs, tokenizer.compile)),
+        ]
+    for trial in trials:
+        small = trial.smallest
+        assert (trial.verdict, trial.decisions) == (Verdict.FAIL, 2)
+        assert small is not None
+        assert (small.stimulus, small.observed) == (readings[1], None)
+        assert small.lines[0].text.strip() == spin
+        assert any(line.startswith("ends in main.bsp:") for line in finding_lines(small, hangs))
 
 
 def test_nothing_applied_is_unproven(predator: Subject) -> None:

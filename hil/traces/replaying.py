@@ -73,7 +73,7 @@ def replay(
     result.contradicted = tuple(name for name, holds in who if holds)
     finding = first if first is not None and at_target else None
     finding = finding or _of_recording(sample, expected[index], index)
-    if explain is not None and finding.observed is not None:
+    if explain is not None:
         finding = _explained(finding, explain)
     result.smallest = result.smallest or finding
     result.findings = [finding, *(one for one in trial.findings if one.index != index)]

@@ -61,6 +61,7 @@ from cgagen.pytest_plugin.session import (
     SESSION,
     VERDICT,
     WORKER,
+    Ears,
     HilSession,
 )
 
@@ -94,17 +95,6 @@ MARKERS = (
     "hil_vectors(file, ...): tables for the fixture hil_vectors, likewise",
     "hil_slow: minutes rather than seconds; runs when it is named, or by -m hil_slow",
 )
-
-
-class Ears:
-    """Hears how tests end, those of the workers, too; the hook says nothing of whose run it is."""
-
-    def __init__(self, session: HilSession) -> None:
-        self._session = session
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Remember how tests of firmware have ended."""
-        self._session.note_test(report)
 
 
 ALONE = ("no", "loadgroup")

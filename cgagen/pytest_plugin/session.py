@@ -277,3 +277,14 @@ def _images(evidence: "Evidence") -> list[Any]:
 
 
 SESSION = pytest.StashKey[HilSession]()
+
+
+class Ears:
+    """Hears how tests end, those of the workers, too; the hook says nothing of whose run it is."""
+
+    def __init__(self, session: HilSession) -> None:
+        self._session = session
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Remember how tests of firmware have ended."""
+        self._session.note_test(report)

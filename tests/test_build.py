@@ -111,6 +111,11 @@ def test_the_wiring_names_every_pin_and_part(case: str) -> None:
         assert words in locomotion
 
 
+@pytest.mark.parametrize(("case", "warned"), [("predator-srf04", 0), ("predator-srf04-bs2", 1)])
+def test_the_wiring_warns_of_echoes_that_come_too_early(case: str, warned: int) -> None:
+    assert wiring_text(robot_of(case)).count("An SRF04 on a BS2 is measured from behind") == warned
+
+
 def test_a_genome_for_other_sensors_is_refused(tokenizer: Tokenizer) -> None:
     other = Genome(GENOME.bits, "crab", PREDATOR.interface.replace("sonar front", "sonar up"))
     with pytest.raises(GenomeError, match="made for crab"):

@@ -3,6 +3,7 @@
 import textwrap
 
 from cgagen.firmware.columns import plain
+from cgagen.firmware.main_words import is_late
 from cgagen.firmware.pins import PinUse, locomotion_pins, main_pins
 from cgagen.robot.values import Robot
 
@@ -67,6 +68,12 @@ def _notes(robot: Robot) -> list[str]:
         notes.append("PING))): +5 V, ground and SIG; 35 mA at most each (S6).")
     if "srf04" in kinds:
         notes.append("SRF04: +5 V, ground, trigger and echo; 50 mA at most each (S8).")
+    if any(is_late(robot, sonar) for sonar in robot.sonars):
+        notes.append(
+            f"An SRF04 on a {robot.main.model} is measured from behind the beginning of its echo, so "
+            "everything looks some 0.5 in nearer than it is, and a dead sonar looks like a wall; "
+            "`cgagen verify` fails for that. A BS2p, BS2sx or BS2pe measures it whole."
+        )
     notes.append(
         "The programming port of each Stamp is its own four-pin serial connection (SOUT, SIN, ATN, "
         "VSS) and takes none of the pins above."

@@ -52,7 +52,7 @@ def main_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
         "light_unit": f"{robot.main.rctime_unit_ns / 1000:g}",
         "counts_per_inch": f"{robot.echo_counts_per_in:.1f}",
         "sonars": [_sonar(robot, sonar) for sonar in robot.sonars],
-        "late_sonars": any(_is_late(robot, sonar) for sonar in robot.sonars),
+        "late_sonars": any(is_late(robot, sonar) for sonar in robot.sonars),
         "light_sensors": [
             {"pin_name": f"Lamp{camel(one.name)}", "variable": f"light{camel(one.name)}"}
             for one in (robot.light.sensors if robot.light else ())
@@ -67,12 +67,13 @@ def main_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
     return words | (_predator(robot, genome) if genome else _prey(robot))
 
 
-def _is_late(robot: Robot, sonar: Sonar) -> bool:
+def is_late(robot: Robot, sonar: Sonar) -> bool:
+    """Whether an echo has begun before the chip can measure it; see `LATE_MODELS`."""
     return sonar.kind == "srf04" and robot.main.model in LATE_MODELS
 
 
 def _sonar(robot: Robot, sonar: Sonar) -> dict[str, Any]:
-    late = _is_late(robot, sonar)
+    late = is_late(robot, sonar)
     if late and robot.main.rctime_unit_ns != robot.main.pulsin_unit_ns:
         raise RobotError(
             f"{robot.name}: [main] rctime_unit_ns: a {robot.main.model} reads an SRF04 by RCTIME, "

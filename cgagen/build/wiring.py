@@ -70,9 +70,9 @@ def _notes(robot: Robot) -> list[str]:
         notes.append("SRF04: +5 V, ground, trigger and echo; 50 mA at most each (S8).")
     if any(is_late(robot, sonar) for sonar in robot.sonars):
         notes.append(
-            f"An SRF04 on a {robot.main.model} is measured from behind the beginning of its echo, so "
-            "everything looks some 0.5 in nearer than it is, and a dead sonar looks like a wall; "
-            "`cgagen verify` fails for that. A BS2p, BS2sx or BS2pe measures it whole."
+            f"An SRF04 on a {robot.main.model} is measured from behind the beginning of its echo, "
+            "so everything looks some 0.5 in nearer than it is, and a dead sonar looks like a "
+            "wall; `cgagen verify` fails for that. A BS2p, BS2sx or BS2pe measures it whole."
         )
     notes.append(
         "The programming port of each Stamp is its own four-pin serial connection (SOUT, SIN, ATN, "

@@ -1,5 +1,6 @@
 """What several test files share. `make setup` has put the tokenizer into the cache."""
 
+import signal
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
@@ -14,6 +15,10 @@ from tests.emulate_cases import Emulate, Program
 # How long an example takes says something of the machine's load and nothing of the code.
 settings.register_profile("steady", deadline=None)
 settings.load_profile("steady")
+
+# A shell's background job ignores Ctrl-C, and so would the programs that tests interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -55,6 +55,23 @@ def test_polling_looks_at_the_pins_that_were_chosen_when_it_was_told(
     assert (aux.latch, aux.directions) == (8, 8)
 
 
+def test_pollmode_forgets_what_has_been_triggered(tokenizer: Tokenizer) -> None:
+    """S2 p. 93, bits 4 to 6 of 135: a pin that is low again has left its mark until POLLMODE."""
+    source = (
+        "b VAR Byte(4)\nPOLLIN 0, 1\nPOLLOUT 1, 1\nPOLLMODE 10\nPAUSE 10\nGET 128, b(0)\n"
+        "GET 135, b(1)\nPOLLMODE 10\nGET 128, b(2)\nGET 135, b(3)\nSTOP"
+    )
+    made = chip_of(tokenizer, source, model="BS2p")
+    key = Wire("key", pull=1)
+    made.pins.connect(0, key)
+    made.run(5_000_000)
+    key.drive("hand", 0)
+    made.run(SECOND_NS)
+    seen, flags, after, flags_after = (made.registers[f"B{n}"] for n in range(4))
+    assert (seen, after) == (1, 0)
+    assert (flags & 0b1110_0000, flags_after & 0b1110_0000) == (0b1110_0000, 0b1000_0000)
+
+
 def test_pollwait_waits_for_an_auxiliary_pin(tokenizer: Tokenizer) -> None:
     """It is high for ever: the first look is enough."""
     source = "AUXIO\nPOLLIN 5, 1\nMAINIO\nPOLLMODE 2\nPOLLWAIT 8\nSTOP"

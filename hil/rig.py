@@ -24,7 +24,8 @@ from hil.slcan import SlcanAdapter
 from hil.subject import read_subject
 
 HEARTBEAT_S = 0.2
-"""How often an idle rig says that it lives. Choice; PROTOCOL.md asks for twice a second."""
+"""The least time between two signs of life, and the longest that a rig waits for a question.
+Choice; PROTOCOL.md asks for one twice a second."""
 
 READ_BYTES = 256
 
@@ -44,6 +45,7 @@ class _Service(Closing):
     def __init__(self, name: str) -> None:
         self.failure: BaseException | None = None
         self._ended = threading.Event()
+        self._beaten_s = time.monotonic()
         self._thread = threading.Thread(target=self._guard, name=name, daemon=True)
 
     def open(self) -> None:
@@ -60,6 +62,14 @@ class _Service(Closing):
         if self._thread.is_alive():
             self._thread.join()
         self._let_go()
+
+    def _beats(self) -> bool:
+        """Whether it is time for a sign of life, which is then taken as given."""
+        now_s = time.monotonic()
+        if now_s - self._beaten_s < HEARTBEAT_S:
+            return False
+        self._beaten_s = now_s
+        return True
 
     def _guard(self) -> None:
         try:
@@ -97,9 +107,11 @@ class RigOnBus(_Service):
     def _run(self) -> None:
         while not self._ended.is_set():
             message = self._bus.recv(HEARTBEAT_S)
-            if message is None:
+            if self._beats():
                 self.send(self._rig.heartbeat())
-            elif not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
+            if message is None:
+                continue
+            if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
                 for answer in self._rig.receive(Frame(message.arbitration_id, bytes(message.data))):
                     self.send(answer)
 
@@ -168,7 +180,7 @@ class SlcanPort(_Service):
                         return
                     for answer in self.adapter.feed(data):
                         self.write(handle, answer)
-                elif not self._waiting:
+                if not self._waiting and self._beats():
                     self.write(handle, self.adapter.heartbeat())
                 self._flush(handle)
             except OSError:

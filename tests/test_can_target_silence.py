@@ -1,7 +1,9 @@
 """The target behind a rig: frames that are lost, and rigs that fall silent."""
 
+import time
 from collections.abc import Callable, Iterable, Iterator
 
+import can
 import pytest
 
 from cgagen.errors import RigError, TargetTimeout
@@ -20,7 +22,7 @@ from hil.messages import (
     pack,
     unpack,
 )
-from hil.rig import RigOnBus
+from hil.rig import HEARTBEAT_S, RigOnBus
 from hil.rig_protocol import Rig
 from hil.verify import try_target
 from tests.predator_rig import PREDATOR, losing, readings, rig, spoilt, target
@@ -160,3 +162,16 @@ def test_a_command_that_is_never_done_is_blocked(monkeypatch: pytest.MonkeyPatch
         with pytest.raises(RigError, match="RESET is not done in") as caught:
             one.reset()
     assert not isinstance(caught.value, TargetTimeout)
+
+
+def test_a_rig_on_a_busy_bus_gives_signs_of_life() -> None:
+    """Others talk all the time; no answer of ours is among what is counted."""
+    signs = 0
+    with RigOnBus(rig(), "busy"):
+        with can.Bus(interface="virtual", channel="busy", ignore_config=True) as other:
+            until_s = time.monotonic() + 6 * HEARTBEAT_S
+            while time.monotonic() < until_s:
+                other.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))
+                message = other.recv(HEARTBEAT_S / 8)
+                signs += message is not None and message.arbitration_id == RIG_STATUS.id
+    assert signs >= 3

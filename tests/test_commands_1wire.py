@@ -70,6 +70,19 @@ def test_owout_resets_where_the_mode_says(mode: int, resets: int) -> None:
     assert port.pins.wires[0].level == 1
 
 
+@pytest.mark.parametrize(("mode", "resets"), [(0, 0), (1, 1), (2, 1), (3, 2), (9, 1), (11, 2)])
+def test_owin_resets_where_the_mode_says(mode: int, resets: int) -> None:
+    """S2 p. 297."""
+    bench, port = Bench(), ToyPort("BS2p")
+    wire = port.pins.wires[0]
+    wire.pull = wire.level = 1
+    part = Thermometer(bench.clock, wire, fast=bool(mode & 8))
+    task = bench.start(port, owin(port, [Got()], mode=mode, pin=0))
+    bench.run()
+    assert task.done_ns is not None
+    assert part.resets == resets
+
+
 def test_low_times_of_owout() -> None:
     """S2 p. 303, 308: reset about 564 us, a 1 begins with about 8 us, a 0 is low for 72 us."""
     part, task, _ = one_wire(1, b"\x01")

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cgagen.emulator.commands.lcd import lcdcmd, lcdin, lcdout
+from cgagen.emulator.timing import LCD
 from tests.command_bench import Got, Sent, ToyPort, finished, text
 
 
@@ -23,6 +24,7 @@ class Lcd:
 
     def _enable(self, level: int | None) -> None:
         if self._read.level:
+            assert self._rs.level == 1  # its memory is read, not the busy flag
             half = self._answer[0] if level and self._answer else None
             for bit, wire in enumerate(self._data):
                 wire.drive("lcd", None if half is None else half >> bit & 1)
@@ -64,3 +66,13 @@ def test_lcdin(data: bytes) -> None:
     assert not port.pins.latch & 0b101
     finished(lcdout(port, [Sent(65)], command=0, pin=0), port)
     assert lcd.log[1:] == [(0, 0), (1, 65)]
+
+
+def test_every_byte_takes_two_halves_and_the_time_it_is_worked_on() -> None:
+    byte_ns = 2 * (2 * LCD.setup_ns + LCD.enable_ns) + LCD.busy_ns
+    for command, count in ((lcdout, 4), (lcdin, 3)):
+        port = ToyPort("BS2p")
+        Lcd(port, 0, b"ab")
+        items = text(b"abc") if command is lcdout else [Got(), Got()]
+        task = finished(command(port, items, command=1, pin=0), port)  # type: ignore[operator]
+        assert task.done_ns == count * byte_ns

@@ -23,7 +23,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 MODULES = ("arithmetic", "registers", "expressions", "instructions", "machine", "block_text")
-TESTED_BY = "arithmetic registers expressions block_text chip programs blocks"
+TESTED_BY = (
+    "arithmetic registers expressions block_text chip chip_slots chip_pins polling programs blocks"
+)
 TESTS = tuple(f"test_{name}.py" for name in TESTED_BY.split())
 LIMIT_S = 300
 """How long the tests may take; they take a tenth of it. Ref: choice."""

@@ -28,14 +28,12 @@ class Walk:
 
     Attributes:
         accepted_ns: when it took it.
-        finished_ns: when it let go.
         asked: the command lines when it took it.
         made: the movement that the servos made.
         train: their pulses.
     """
 
     accepted_ns: int
-    finished_ns: int
     asked: int
     made: Reading
     train: Train
@@ -147,7 +145,7 @@ class Lone:
             if train.whole_frames():
                 gait.rest = train.whole_frames()[-1]
             return
-        self.walks.append(Walk(began_ns, self.now_ns, asked, gait.read(train), train))
+        self.walks.append(Walk(began_ns, asked, gait.read(train), train))
 
     def _rested(self) -> None:
         train = self.player.gait.take()

@@ -83,7 +83,7 @@ def record_of(
                 "eeprom_free_bytes": memory.free_bytes,
                 "ram_free_bytes": memory.ram_free_bytes,
                 "gosub_depth": memory.gosub_depth,
-                "blocks": blocks_of(image),
+                "blocks": flag_words(image),
             }
             for program, image_file, image, memory in compiled
         },
@@ -93,7 +93,7 @@ def record_of(
     }
 
 
-def blocks_of(image: Image) -> list[str]:
+def flag_words(image: Image) -> list[str]:
     """Return what every 16-byte block holds: 128 words, the first for address 0.
 
     A digit a byte: 0 empty, 1 reserved by DATA, 2 DATA, 3 program; a `+` before them where the
@@ -109,7 +109,7 @@ def blocks_of(image: Image) -> list[str]:
 
 
 def flags_of(blocks: Iterable[str]) -> bytes:
-    """Return the flags that `blocks_of` has written down.
+    """Return the flags that `flag_words` has written down.
 
     Raises:
         ValueError: a word is none of its.

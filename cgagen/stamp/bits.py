@@ -15,6 +15,8 @@ ELEMENT_BITS = {1: 8, 4: 6, 8: 5, 16: 4}
 _SIZES = (*ELEMENT_BITS,)
 """Bits of a variable by the last two of its code. Ref: S3."""
 
+_OPERATORS = tuple(Token(Kind.OPERATOR, code) for code in range(0x20))
+
 
 class BitReader:
     """A place in the stream.
@@ -49,7 +51,11 @@ class BitReader:
         Raises:
             ImageError: the stream ends.
         """
-        return self.take(1) == 1
+        here = self.position
+        if here >= len(self.stream):
+            return self.take(1) == 1  # which refuses
+        self.position = here + 1
+        return self.stream[here] == "1"
 
     def address(self) -> int:
         """Return the address in the next 14 bits.
@@ -68,8 +74,8 @@ class BitReader:
             ImageError: the stream ends.
         """
         code = self.take(6)
-        if code < 0x20:
-            return Token(Kind.OPERATOR, code)
+        if code < len(_OPERATORS):
+            return _OPERATORS[code]
         if code < 0x30:
             return Token(Kind.CONSTANT, self._constant(code & 15))
         size_bits = _SIZES[code & 3]

@@ -1,5 +1,7 @@
 """From the bytes of an EEPROM to instructions: one at an address, or a whole program."""
 
+from typing import NamedTuple
+
 from cgagen.errors import ImageError
 from cgagen.stamp.bits import ADDRESS_BITS, STREAM_BITS, BitReader, refused
 from cgagen.stamp.chips import EEPROM_BYTES, Chip
@@ -17,6 +19,22 @@ from cgagen.stamp.stream import stream_of
 
 _END_BITS = 7
 _MOST_GOSUBS = 255
+
+
+class Head(NamedTuple):
+    """An instruction up to its code.
+
+    Attributes:
+        opcode: its row.
+        form: the names of its operands.
+        operands: expressions in the order in which they are pushed.
+        write: where LET stores its value; None for anything else.
+    """
+
+    opcode: Opcode
+    form: tuple[str, ...]
+    operands: tuple[Expression, ...]
+    write: Expression | None
 
 
 def decode_at(eeprom: bytes, address: int, model: Chip) -> Instruction:
@@ -45,32 +63,29 @@ def decode_stream(stream: str, address: int, model: Chip) -> Instruction:
         ImageError: see `decode_at`.
     """
     reader = BitReader(stream, address)
-    stack = Stack()
-    while reader.flag():
-        here = reader.position
-        stack.push(reader.token(), here, stored=False)
-        if stack.write is not None and len(stack.values) > 1:
-            raise refused(here, "values are left on the stack where one is stored")
-    here = reader.position - 1
-    code = reader.take(6)
-    opcode = opcodes_of(model).get(code)
-    if opcode is None:
-        raise refused(here, f"a {model.name} has no instruction of code {code:02X}h")
-    operands = tuple(stack.values)
-    _check_operands(opcode, operands, stack.write, here)
+    opcode, form, operands, write = _head(reader, model)
     parts = read_tail(reader, opcode.tail)
-    targets = tuple(parts.targets) or _label_operands(opcode, operands)
+    targets = tuple(parts.targets) or _label_operands(form, operands)
     return Instruction(
         address=address,
         end=reader.position,
         opcode=opcode,
         operands=operands,
         items=tuple(parts.items),
-        write=stack.write or parts.write,
+        write=write or parts.write,
         targets=targets,
         number=parts.number,
         comparison=parts.comparison,
     )
+
+
+def head_at(stream: str, address: int, model: Chip) -> Head:
+    """Return an instruction without what follows its code; quicker where that is enough.
+
+    Raises:
+        ImageError: see `decode_at`.
+    """
+    return _head(BitReader(stream, address), model)
 
 
 def decode(eeprom: bytes, model: Chip, flags: bytes | None = None) -> Program:
@@ -97,21 +112,39 @@ def decode(eeprom: bytes, model: Chip, flags: bytes | None = None) -> Program:
     return Program(model, start, slots, tuple(instructions))
 
 
-def _check_operands(
+def _head(reader: BitReader, model: Chip) -> Head:
+    stack = Stack()
+    while reader.flag():
+        here = reader.position
+        stack.push(reader.token(), here, stored=False)
+        if stack.write is not None and len(stack.values) > 1:
+            raise refused(here, "values are left on the stack where one is stored")
+    here = reader.position - 1
+    code = reader.take(6)
+    opcode = opcodes_of(model).get(code)
+    if opcode is None:
+        raise refused(here, f"a {model.name} has no instruction of code {code:02X}h")
+    operands = tuple(stack.values)
+    form = _checked_form(opcode, operands, stack.write, here)
+    return Head(opcode, form, operands, stack.write)
+
+
+def _checked_form(
     opcode: Opcode, operands: tuple[Expression, ...], write: Expression | None, bit: int
-) -> None:
-    """Refuse operands that the instruction does not have."""
+) -> tuple[str, ...]:
+    """Return the names of an instruction's operands, or refuse some that it does not have."""
     if (write is not None) != (opcode.name == "LET"):
         what = "a value is stored before" if write else "no variable is named before"
         raise refused(bit, f"{what} {opcode.name}")
-    if len(operands) not in opcode.operand_counts:
-        wanted = " or ".join(map(str, opcode.operand_counts))
+    form = opcode.form_of(len(operands))
+    if form is None:
+        wanted = " or ".join(str(len(form)) for form in opcode.forms)
         raise refused(bit, f"{opcode.name} has {len(operands)} operands instead of {wanted}")
+    return form
 
 
-def _label_operands(opcode: Opcode, operands: tuple[Expression, ...]) -> tuple[int, ...]:
+def _label_operands(form: tuple[str, ...], operands: tuple[Expression, ...]) -> tuple[int, ...]:
     """Return the addresses among the operands of a serial instruction."""
-    form = next(form for form in opcode.forms if len(form) == len(operands))
     targets = []
     for name, operand in zip(form, operands, strict=True):
         if name.endswith("_target"):

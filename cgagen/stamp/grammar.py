@@ -50,7 +50,7 @@ class Stack:
         needed = int(token.indexed)
         if token.kind is Kind.OPERATOR:
             needed = 1 if token.value < 0x08 else 2
-        self.values.append((*self._pop(needed, bit), token))
+        self.values.append((*self._pop(needed, bit), token) if needed else (token,))
         if len(self.values) > STACK_WORDS:
             raise refused(bit, f"an expression needs more than the {STACK_WORDS} words of stack")
 

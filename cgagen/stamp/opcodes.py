@@ -71,6 +71,13 @@ class Opcode:
         """
         return self.name.partition("_")[0]
 
+    def form_of(self, operands: int) -> tuple[str, ...] | None:
+        """Return the form of so many operands; None where there is none."""
+        for form in self.forms:
+            if len(form) == operands:
+                return form
+        return None
+
     @property
     def operand_counts(self) -> tuple[int, ...]:
         """How many operands each form has."""

@@ -8,7 +8,7 @@ computed at run time never gives a false alarm.
 from typing import NamedTuple
 
 from cgagen.stamp.chips import Chip
-from cgagen.stamp.decode import decode_stream
+from cgagen.stamp.decode import head_at
 from cgagen.stamp.opcodes import OPCODES
 from cgagen.stamp.program import constant_of
 
@@ -43,11 +43,11 @@ def wrong_pin(stream: str, bit: int, model: Chip) -> WrongPin | None:
     Raises:
         ImageError: no instruction of this chip starts there.
     """
-    instruction = decode_stream(stream, bit, model)
-    for name, operand in zip(instruction.form, instruction.operands, strict=True):
-        serial = name == "pin" and instruction.opcode.word in ("SERIN", "SEROUT")
-        last = PROGRAMMING_PORT if serial else LAST_PIN
+    head = head_at(stream, bit, model)
+    for name, operand in zip(head.form, head.operands, strict=True):
         pin = constant_of(operand) if name in _PINS else None
-        if pin is not None and pin > last:
-            return WrongPin(pin, last)
+        if pin is not None and pin > LAST_PIN:
+            serial = name == "pin" and head.opcode.word in ("SERIN", "SEROUT")
+            if not serial or pin > PROGRAMMING_PORT:
+                return WrongPin(pin, PROGRAMMING_PORT if serial else LAST_PIN)
     return None

@@ -89,8 +89,7 @@ class Instruction:
     @property
     def form(self) -> tuple[str, ...]:
         """Names of its operands, as many as there are."""
-        count = len(self.operands)
-        return next(form for form in self.opcode.forms if len(form) == count)
+        return self.opcode.form_of(len(self.operands)) or ()
 
     def operand(self, name: str) -> Expression | None:
         """Return an operand by its name in the table of opcodes; None where it was left out."""

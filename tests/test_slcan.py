@@ -1,8 +1,12 @@
 """The emulated rig's serial adapter."""
 
+import os
+import time
+
 import pytest
 
 from hil.messages import Op
+from hil.rig import HEARTBEAT_S, SlcanPort
 from hil.rig_protocol import Rig
 from hil.slcan import SlcanAdapter
 from tests.rig_cases import command, greeted
@@ -85,3 +89,24 @@ def test_the_adapter_stamps_and_only_listens_on_request(rig: Rig) -> None:
     stamp = one.heartbeat()
     assert len(stamp) == len("t0818") + 16 + 4 + 1
     assert int(stamp[-5:-1], 16) == rig.time_ms % 60_000
+
+
+@pytest.mark.parametrize("question", [b"", b"V\r"])
+def test_the_rig_behind_it_gives_signs_of_life_whatever_is_asked(rig: Rig, question: bytes) -> None:
+    heard = b""
+    with SlcanPort(rig) as port:
+        wire = os.open(port.url.removeprefix("can:slcan:"), os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        try:
+            os.write(wire, b"S6\rO\r")
+            until_s = time.monotonic() + 6 * HEARTBEAT_S
+            while time.monotonic() < until_s:
+                os.write(wire, question)
+                time.sleep(HEARTBEAT_S / 8)
+                try:
+                    heard += os.read(wire, 4096)
+                except BlockingIOError:
+                    continue
+        finally:
+            os.close(wire)
+    assert heard.count(b"t0818") >= 3
+    assert (b"V1013\r" in heard) == bool(question)

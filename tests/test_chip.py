@@ -140,6 +140,18 @@ def test_reset_begins_anew_but_for_the_eeprom(tokenizer: Tokenizer) -> None:
     assert (made.registers["W0"], made.eeprom()[0]) == (1, 2)
 
 
+def test_when_it_ended_is_kept_until_a_reset(tokenizer: Tokenizer) -> None:
+    made = chip_of(tokenizer, "PAUSE 5\nSTOP")
+    made.run(SECOND_NS)
+    ended_ns, state = made.ended_ns, made.snapshot()
+    assert ended_ns is not None
+    assert 5_000_000 < ended_ns < 5_500_000
+    made.reset()
+    assert made.ended_ns is None
+    made.restore(state)
+    assert made.ended_ns == ended_ns
+
+
 def test_a_loop_that_does_nothing_is_the_end(tokenizer: Tokenizer) -> None:
     made = chip_of(tokenizer, "HIGH 1\nDO\nLOOP")
     made.run(SECOND_NS)

@@ -88,6 +88,13 @@ def test_the_time_is_over(
     assert dots - 3 < len(data["output"]) < dots + 2
 
 
+@pytest.mark.parametrize("word", ["END", "STOP"])
+def test_the_time_of_an_end_is_its_own(word: str, emulate: Emulate, program: Program) -> None:
+    data = json.loads(emulate(program(BASIC + f"PAUSE 7\n{word}\n"), "--json")[1])
+    assert data["ended"] == word
+    assert 7_000_000 < data["time_ns"] < 7_500_000
+
+
 def test_no_end_where_one_is_expected(emulate: Emulate, program: Program) -> None:
     code, _, err = emulate(program(ENDLESS), "--for", "250ms", "--expect-end")
     assert code == 9

@@ -39,6 +39,7 @@ class Chip(Named):
             by `RUN_AHEAD_NS` at most, and never ahead of where `run` stops by more than what
             it was doing then.
         ended: why nothing happens any more, or None. Only a reset gets a chip out of that.
+        ended_ns: since when, by the bench's clock.
         instructions: carried out since the chip was made.
         coverage: see `cover`; None while nobody wants it.
         on_wait: called when an instruction begins to wait for a pin (see `waiting`), or None. It
@@ -212,7 +213,7 @@ class Chip(Named):
         self._stop()
         self.machine.clear()
         self.pins.send(0)
-        self.ended = self._step = None
+        self.ended = self.ended_ns = self._step = None
 
     def snapshot(self) -> ChipState:
         """Return everything about the chip, in the middle of an instruction too.
@@ -233,6 +234,7 @@ class Chip(Named):
             polling=polling.copy(),
             local_ns=self.local_ns,
             ended=self.ended,
+            ended_ns=self.ended_ns,
             instructions=self.instructions,
             settled=self._settled,
             fetched=self._step is not None,
@@ -272,7 +274,7 @@ class Chip(Named):
         machine.polling = state.polling.copy()
         self.local_ns = state.local_ns
         self._slice_ns = self._limit_ns = 0
-        self.ended = state.ended
+        self.ended, self.ended_ns = state.ended, state.ended_ns
         self.instructions = state.instructions
         self._settled = state.settled
         self._answer = state.answer

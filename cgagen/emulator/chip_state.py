@@ -66,6 +66,7 @@ class ChipState(NamedTuple):
     polling: Polling
     local_ns: int
     ended: End | None
+    ended_ns: int | None
     instructions: int
     settled: bool
     fetched: bool

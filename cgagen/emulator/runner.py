@@ -71,11 +71,12 @@ class Runner(Engaged):
         self._symbols: dict[int, tuple[Compiled, Symbols]] = {}
         self._step: Step | None = None
         self.ended: End | None = None
+        self.ended_ns: int | None = None
         super().__init__(self._proceed)
         self._begin(0)
 
     def _begin(self, hold_ns: int) -> None:
-        self.ended = None
+        self.ended = self.ended_ns = None
         self.local_ns = self.clock.now_ns + hold_ns
         self._slice_ns = self._limit_ns = 0
         self._settled = False
@@ -260,7 +261,7 @@ class Runner(Engaged):
             self.coverage.counts[machine.slot, instruction.address] += 1
         if step.action is None:
             if instruction.name in ("END", "STOP"):
-                self.ended = End(instruction.name)
+                self.ended, self.ended_ns = End(instruction.name), self.local_ns
             if step.function is not None:
                 quick = step.pulse and self._compile_after is not None and self._pulse(step)
                 if not quick:
@@ -277,4 +278,4 @@ class Runner(Engaged):
         self.local_ns += step.jump_ns
         if target == instruction.address and instruction.name == "GOTO":
             if not machine.polling.active:
-                self.ended = End.LOOP
+                self.ended, self.ended_ns = End.LOOP, self.local_ns

@@ -32,7 +32,8 @@ class Outcome:
 
     Attributes:
         why: why it is over.
-        time_ns: of the bench's clock, to the end of the slice in which that was seen.
+        time_ns: of the bench's clock when the program came to its END or STOP, and otherwise when
+            the run was over.
         instructions: carried out by the chip.
     """
 
@@ -72,7 +73,8 @@ def run_session(
         if why in (Why.LOOP, Why.WAITS) and limit_ns < NEVER_NS:
             bench.run(limit_ns)
         if why is not None:
-            return Outcome(why, clock.now_ns, chip.instructions)
+            ended_ns = chip.ended_ns if why in (Why.END, Why.STOP) else None
+            return Outcome(why, clock.now_ns if ended_ns is None else ended_ns, chip.instructions)
         bench.run(min(clock.now_ns + SLICE_NS, limit_ns))
         between()
 

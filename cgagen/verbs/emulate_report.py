@@ -68,7 +68,7 @@ def _data(
         "chip": run.chip.name,
         "model": run.chip.machine.model.name,
         "ended": "INTERRUPTED" if outcome is None else str(outcome.why),
-        "time_ns": run.bench.clock.now_ns,
+        "time_ns": run.bench.clock.now_ns if outcome is None else outcome.time_ns,
         "instructions": run.chip.instructions,
         "output": run.sent.decode("latin-1"),
         "floating": run.bench.floated,

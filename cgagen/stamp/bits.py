@@ -1,5 +1,7 @@
 """Reading the stream bit by bit, and saying where it went wrong."""
 
+from functools import lru_cache
+
 from cgagen.errors import ImageError
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.program import Kind, Token
@@ -77,16 +79,25 @@ class BitReader:
         if code < len(_OPERATORS):
             return _OPERATORS[code]
         if code < 0x30:
-            return Token(Kind.CONSTANT, self._constant(code & 15))
-        size_bits = _SIZES[code & 3]
-        kind = Kind.WRITE if code & 8 else Kind.READ
-        return Token(kind, self.take(ELEMENT_BITS[size_bits]), size_bits, bool(code & 4))
+            return _constant(self._number(code & 15))
+        return _variable(code, self.take(ELEMENT_BITS[_SIZES[code & 3]]))
 
-    def _constant(self, width: int) -> int:
+    def _number(self, width: int) -> int:
         more = self.flag()
         if width == 0:
             return 0 if more else 1
         return 1 << width | (self.take(width) if more else 0)
+
+
+@lru_cache(1 << 12)
+def _constant(value: int) -> Token:
+    return Token(Kind.CONSTANT, value)
+
+
+@lru_cache(1 << 12)
+def _variable(code: int, element: int) -> Token:
+    kind = Kind.WRITE if code & 8 else Kind.READ
+    return Token(kind, element, _SIZES[code & 3], bool(code & 4))
 
 
 def place(bit: int) -> str:

@@ -66,26 +66,18 @@ def test_a_killed_process_is_replaced(own: Tokenizer) -> None:
     assert own.pid not in (None, pid)
 
 
-def test_a_kill_in_mid_use_costs_nothing(own: Tokenizer) -> None:
+@pytest.mark.parametrize("delay_s", [0.0, 0.001, 0.003, 0.01])
+def test_a_kill_in_mid_use_costs_nothing(own: Tokenizer, delay_s: float) -> None:
     expected = own.compile(LED)
-    done = threading.Event()
-
-    def killer() -> None:
-        for _ in range(3):
-            pid = own.pid
-            if pid is not None:
-                os.kill(pid, signal.SIGKILL)
-            done.wait(0.2)
-        done.set()
-
-    thread = threading.Thread(target=killer)
-    thread.start()
-    rounds = 0
-    while not done.is_set():
+    pid = own.pid
+    assert pid is not None
+    killer = threading.Timer(delay_s, os.kill, (pid, signal.SIGKILL))
+    killer.start()
+    while own.pid == pid:
         assert own.compile(LED) == expected
-        rounds += 1
-    thread.join()
-    assert rounds > 0
+    killer.join()
+    assert own.compile(LED) == expected
+    assert own.pid != pid
 
 
 def fake(script: str) -> list[str]:

@@ -3,12 +3,14 @@
 Each fires when a level is not what it would have been without the fault.
 """
 
+from abc import ABC, abstractmethod
+
 from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.fault import Fault
 from cgagen.emulator.wires import Wire
 
 
-class _LevelFault(Fault):
+class _LevelFault(Fault, ABC):
     """A fault that fires once for every time that it begins to matter."""
 
     def __init__(
@@ -17,9 +19,9 @@ class _LevelFault(Fault):
         super().__init__(name, clock, from_ns, until_ns)
         self._differs = False
 
+    @abstractmethod
     def _matters(self) -> bool:
         """Say whether a level is not what it would be without the fault."""
-        raise NotImplementedError
 
     def _check(self) -> None:
         """Look whether it matters now."""

@@ -91,15 +91,12 @@ def test_a_fixed_start(
 @pytest.mark.hil_slow
 @pytest.mark.slow
 def test_every_fixed_start(
-    request: pytest.FixtureRequest,
     predator: Subject,
     prey: Subject,
     numbers: WorldNumbers,
     starts: NDArray[np.float64],
 ) -> None:
-    """The hundred starts that evolution judges its best by: some minutes."""
-    if not request.config.getoption("markexpr"):
-        pytest.skip("make hil-colony plays all 100 fixed starts")
+    """The hundred starts that evolution judges its best by: some minutes; `make hil-colony`."""
     results = [hunt(predator, prey, numbers, start[None, :], STEPS) for start in starts]
     differences = [
         f"start {number}: {one.difference.text()}"

@@ -13,7 +13,7 @@ from cgagen.flash.modules import Module
 from cgagen.flash.plan import Plan, plan_of
 from cgagen.flash.requests import Progress, Restart, TroubleError
 from cgagen.flash.verify import read_back, refuse_mute
-from cgagen.link.port import PortLock, close_port, open_port
+from cgagen.link.port import locked_port
 from cgagen.link.steered import SIGN, has_lines, split_control
 from cgagen.link.why import LINELESS, LOST
 from cgagen.stamp.chips import Chip
@@ -161,23 +161,15 @@ def opened(port_name: str, clock: Clock | None = None) -> Iterator[Line]:
     Raises:
         RigError: it cannot be opened, or carries neither BREAK nor DTR.
     """
-    lock = PortLock(port_name)
-    lock.take()
-    try:
-        base, control = split_control(port_name)
-        if not has_lines(port_name):
-            raise RigError(
-                f"{port_name}: carries neither BREAK nor DTR, so nothing can be reset for a "
-                f"download; use rfc2217://, which does, or say {SIGN}HOST:PORT behind it"
-            )
-        port = open_port(port_name)
-        remote = "://" in base or bool(control)
-        try:
-            yield Line(port, clock or WallClock(), REMOTE_LATENCY_S * remote)
-        finally:
-            close_port(port)
-    finally:
-        lock.release()
+    if not has_lines(port_name):
+        raise RigError(
+            f"{port_name}: carries neither BREAK nor DTR, so nothing can be reset for a "
+            f"download; use rfc2217://, which does, or say {SIGN}HOST:PORT behind it"
+        )
+    base, control = split_control(port_name)
+    remote = "://" in base or bool(control)
+    with locked_port(port_name) as port:
+        yield Line(port, clock or WallClock(), REMOTE_LATENCY_S * remote)
 
 
 def _error(state: State) -> type[CgagenError]:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from typing import Never
 
 import serial
@@ -9,7 +10,7 @@ import serial
 from cgagen.bench_protocol import BAUD, END, PROMPT, PROMPT_GAP_MS
 from cgagen.closing import Closing
 from cgagen.errors import RigError, TargetTimeout
-from cgagen.link.port import PortLock, close_port, open_port
+from cgagen.link.port import locked_port
 from cgagen.link.ports import choose_port
 from cgagen.link.why import LOST
 
@@ -34,7 +35,7 @@ class PromptedPort(Closing):
     def __init__(self, port: str, gaps: bool = True) -> None:
         self.port = port
         self._gaps = gaps
-        self._lock: PortLock | None = None
+        self._held = ExitStack()
         self._serial: serial.SerialBase | None = None
         self._heard_s = -LIFE_S
 
@@ -45,22 +46,12 @@ class PromptedPort(Closing):
             RigError: no such port, or another session has it.
         """
         self.port = choose_port(self.port)
-        lock = PortLock(self.port)
-        lock.take()
-        self._lock = lock
-        try:
-            self._serial = open_port(self.port)
-        except BaseException:
-            self.close()
-            raise
+        self._serial = self._held.enter_context(locked_port(self.port))
 
     def close(self) -> None:
         """Close the port; the chip stays in bench mode. Harmless when repeated."""
-        if self._serial is not None:
-            close_port(self._serial)
-            self._serial = None
-        if self._lock is not None:
-            self._lock.release()
+        self._serial = None
+        self._held.close()
 
     def speak(self, request: str, deadline_s: float) -> None:
         """Wait for a prompt and send a request behind it."""

@@ -31,8 +31,9 @@ def dbc_text() -> str:
 
 
 _COMMENT = (
-    f"One raw count of a time is {TICK_NS} ns: every unit of the chips is a whole number of them, "
-    "2 us = 40, 0.8 us = 16, 0.75 us = 15. An echo of 0 is no echo, an RC time of 0 is dark."
+    f"One raw count of a time is {TICK_NS} ns: nearly every unit of the chips is whole, "
+    "2 us = 40, 0.8 us = 16, 0.75 us = 15; a BS2pe's 1.88 us is not. "
+    "An echo of 0 is no echo, an RC time of 0 is dark."
 )
 
 

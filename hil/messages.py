@@ -5,7 +5,8 @@ controller is to measure, and it tells what the controller has decided. PROTOCOL
 exchange to a reader; `rig.dbc` beside this file is this table in every CAN tool's language.
 
 All messages have standard identifiers and 8 bytes; signals are unsigned and little-endian. Times
-are raw counts of `TICK_NS`, so no chip's unit is rounded: 2 us are 40, 0.8 us 16, 0.75 us 15.
+are raw counts of `TICK_NS`, so hardly a unit is rounded: 2 us are 40, 0.8 us 16, 0.75 us 15;
+a BS2pe's 1.88 us are 37.6, so there the middle of a count is met within one of them.
 """
 
 from collections.abc import Mapping
@@ -16,7 +17,7 @@ VERSION = 1
 """Of the messages; a rig tells its own in RIG_IDENTITY.PROTOCOL. Choice."""
 
 TICK_NS = 50
-"""One raw count of a time. It divides all units of `cgagen.stamp.chips`. Choice."""
+"""One raw count of a time. It divides all units of `cgagen.stamp.chips` but one. Choice."""
 
 BITRATE = 500_000
 """Bits per second. Choice: an 8-byte frame takes 0.27 ms at most."""

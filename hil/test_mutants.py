@@ -164,7 +164,7 @@ def test_the_firmware_itself_passes_and_all_of_it_is_met(role: str) -> None:
 def test_the_checks_name_what_they_find() -> None:
     subject = subject_for("prey")
     source = subject.sources["main"].replace("IF nearest < Alarm", "IF nearest <= Alarm")
-    with pytest.raises(Exception, match=r"decide: 0,0,0,0,0,6637/--|decide: .*6637.*"):
+    with pytest.raises(Exception, match=r"decide: 0,0,0,0,0,7079/--|decide: .*7079.*"):
         judge_main(subject, wanted_of(subject), compile_source(source, "main.bsp"))
     source = subject.sources["locomotion"].replace("PULSOUT PinLiftRM", "PULSOUT PinLiftRR", 1)
     with pytest.raises(Exception, match="gait: pulses out of turn"):

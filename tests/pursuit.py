@@ -133,7 +133,7 @@ def _other_predator() -> Robot:
 
 def _other_prey() -> Robot:
     changed = content("servobot-prey")
-    changed["main"]["pulsin_unit_ns"] = 750
+    changed["main"]["pulsin_unit_ns"] = 800
     changed["echo"]["us_per_in"] = 75.25
     changed["body"]["radius_units"] = 9.5
     for sonar, bearing_deg, cone_deg, range_in in zip(

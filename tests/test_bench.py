@@ -22,7 +22,7 @@ from tests.bench_cases import FIRMWARE, MS, S, decisions, robot_bench
 
 def test_the_predator_sees_what_its_parts_show() -> None:
     bench = robot_bench("predator")
-    bench.part("sonar_front", Sonar).see_echo(middle_ns(4321, 800))
+    bench.part("sonar_front", Sonar).see_echo(middle_ns(4321, 750))
     bench.part("sonar_right", Sonar).see(20)
     bench.part("antenna_left", Whisker).touch(True)
     bench.part("light_left", Photocell).drain(middle_ns(612, 750))
@@ -31,8 +31,8 @@ def test_the_predator_sees_what_its_parts_show() -> None:
     # 20 in are 20 x 2 x 73.746 us; nothing in view of the third is 18.5 ms; dark is 0.
     assert seen | {"S": 0, "C": 0} == {
         "F": 4321,
-        "R": int(20 * 2 * 73.746 / 0.8),
-        "L": 23_125,
+        "R": int(20 * 2 * 73.746 / 0.75),
+        "L": 24_666,
         "LL": 612,
         "LR": 0,
         "AL": 0,
@@ -105,12 +105,12 @@ def test_the_bench_of_an_srf04_has_two_wires() -> None:
 def test_units_of_the_robot_are_those_of_the_emulated_chip() -> None:
     text = bench_text(load_robot("servobot-predator"))
     bench = parse_bench(
-        text.replace("pulsin_ns = 800", "pulsin_ns = 750"), "b", FIRMWARE / "predator"
+        text.replace("pulsin_ns = 750", "pulsin_ns = 800"), "b", FIRMWARE / "predator"
     )
     bench.host("main")
     bench.part("sonar_front", Sonar).see_echo(1_500_000)
     bench.run(3 * S)
-    assert decisions(bench)[0]["F"] == 2000
+    assert decisions(bench)[0]["F"] == 1875
 
 
 def program(tokenizer: Tokenizer, source: str, name: str = "BS2") -> Image:

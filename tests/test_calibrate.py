@@ -117,7 +117,7 @@ def test_sound_and_lamp(predator: Robot) -> None:
     chance, lines = random.Random(3), [SENSORS.strip()]
     for distance in (6, 12, 24, 48, 90):
         for name in ("front", "left", "right"):
-            count = round(distance * 2 * 72.0 / 0.8) + chance.randint(-3, 3)
+            count = round(distance * 2 * 72.0 / 0.75) + chance.randint(-3, 3)
             lines.append(f"{name},{distance},{count}")
     for distance, count in ((6, 60), (12, 166), (24, 450), (90, 2600)):
         lines += [f"light_left,{distance},{count}", f"light_right,{distance},{count + 4}"]
@@ -188,28 +188,28 @@ def test_a_repeat_far_from_the_others(predator: Robot) -> None:
 
 
 def test_a_sonar_that_was_measured_from_elsewhere(predator: Robot) -> None:
-    rows = [f"front,{d},{round((d + 1.5) * 184.365)}" for d in (10, 20, 40, 80)]
-    rows += [f"{name},{d},{round(d * 184.365)}" for name in ("left", "right") for d in (10, 40, 80)]
+    rows = [f"front,{d},{round((d + 1.5) * 196.656)}" for d in (10, 20, 40, 80)]
+    rows += [f"{name},{d},{round(d * 196.656)}" for name in ("left", "right") for d in (10, 40, 80)]
     (warning,) = from_text(predator, SENSORS + "\n".join(rows)).warnings
     assert warning.startswith("front: its counts fit distances 1.5 in longer than marked")
 
 
 def test_a_sonar_unlike_the_others(predator: Robot) -> None:
-    rows = [f"front,{d},{round(d * 170)}" for d in (10, 20, 40)]
-    rows += [f"{name},{d},{round(d * 184.365)}" for name in ("left", "right") for d in (10, 40)]
+    rows = [f"front,{d},{round(d * 181.333)}" for d in (10, 20, 40)]
+    rows += [f"{name},{d},{round(d * 196.656)}" for name in ("left", "right") for d in (10, 40)]
     warnings = from_text(predator, SENSORS + "\n".join(rows)).warnings
     assert any(line.startswith("front: 68.0 us per inch where all") for line in warnings)
 
 
 def test_useless_echoes_are_named_and_left_out(predator: Robot) -> None:
-    rows = "front,12,0\nfront,140,23125\nfront,0,144\nfront,20,3687\n"
+    rows = "front,12,0\nfront,140,24666\nfront,0,154\nfront,20,3933\n"
     found = from_text(predator, SENSORS + rows)
     assert found.us_per_in is not None
     assert found.us_per_in.repeats == 1
     assert [line.partition(";")[0] for line in found.warnings] == [
         "table0: line 2: front gave no echo",
-        "table0: line 3: front was at the end of its range (23125)",
-        "table0: line 4: front was at the end of its range (144)",
+        "table0: line 3: front was at the end of its range (24666)",
+        "table0: line 4: front was at the end of its range (154)",
     ]
     with pytest.raises(MeasurementError, match=r"no usable measurement; table0: line 2"):
         from_text(predator, SENSORS + "front,12,0\n")

@@ -11,16 +11,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cgagen.stamp.chips import CHIPS
+from cgagen.stamp.chips import CHIPS, Chip
 from hil.dbc import DBC_FILE, dbc_text
 from hil.frames import (
     Frame,
     Question,
     Units,
+    count_of_ticks,
     decision_frame,
     decision_of,
     frame,
     frames_of,
+    middle_ticks,
     question_frames,
     question_of,
     stimulus_of,
@@ -45,7 +47,7 @@ from hil.messages import (
 )
 from hil.target import Observation, Stimulus
 
-BS2P = Units(800, 750)
+BS2P = Units(750, 750)
 READING = Stimulus((1843, 0, 700), (False, True), (0, 170))
 
 
@@ -80,9 +82,20 @@ def test_the_table_is_whole() -> None:
                 assert 0 <= choice <= signal.most
 
 
-def test_every_unit_of_the_chips_is_whole_in_raw_counts() -> None:
+def test_every_unit_of_the_chips_is_some_raw_counts_long() -> None:
+    """All but a BS2pe's 1.88 us are whole; the middle of a count has room for 50 ns either way."""
     units = {row.pulsin_unit_ns for row in CHIPS} | {row.rctime_unit_ns for row in CHIPS}
-    assert {unit % TICK_NS for unit in units} == {0}
+    assert {unit for unit in units if unit % TICK_NS} == {1_880}
+    assert min(units) >= 10 * TICK_NS
+
+
+@pytest.mark.parametrize("row", CHIPS, ids=lambda row: row.name)
+def test_what_a_rig_presents_is_near_the_middle_of_a_count(row: Chip) -> None:
+    for unit in (row.pulsin_unit_ns, row.rctime_unit_ns):
+        for count in (1, 2, 7, 1_966, 24_666, 65_535):
+            presented_ns = middle_ticks(count, unit) * TICK_NS
+            assert abs(presented_ns - (count * unit + unit / 2)) <= TICK_NS
+            assert count_of_ticks(middle_ticks(count, unit), unit) == count
 
 
 def test_the_shipped_file_is_what_the_table_renders() -> None:
@@ -147,10 +160,10 @@ def test_values_without_room_are_refused() -> None:
 
 
 def test_a_predators_question_in_bytes() -> None:
-    """By hand: 1843 counts of 0.8 us end in the middle of 1843 at 1474.8 us, 29496 raw counts."""
+    """By hand: 1843 counts of 0.75 us end in the middle of 1843 at 1382.6 us, 27652 raw counts."""
     sonar_a, sonar_b, light, apply = frames_of(READING, 0x1234, BS2P, Fault.TORN_R)
-    assert sonar_a == Frame(0x100, bytes.fromhex("387300 000000 3412"))
-    assert sonar_b == Frame(0x101, bytes.fromhex("c82b00 000000 3412"))
+    assert sonar_a == Frame(0x100, bytes.fromhex("046c00 000000 3412"))
+    assert sonar_b == Frame(0x101, bytes.fromhex("0b2900 000000 3412"))
     assert light == Frame(0x103, bytes.fromhex("000000 fd0900 3412"))
     assert apply == Frame(0x104, bytes.fromhex("02 07 0103 0000 3412"))
 
@@ -160,7 +173,9 @@ def test_a_predators_question_in_bytes() -> None:
     touched=st.tuples(st.booleans(), st.booleans()),
     lights=st.none() | st.tuples(st.integers(0, 65_535), st.integers(0, 65_535)),
     seq=st.integers(0, 65_535),
-    units=st.sampled_from([BS2P, Units(2_000, 2_000), Units(800, 800), Units(900, 868)]),
+    units=st.sampled_from(
+        [BS2P, Units(2_000, 2_000), Units(800, 750), Units(1_880, 2_000), Units(900, 868)]
+    ),
 )
 def test_a_stimulus_comes_back_from_its_frames(
     sonars: list[int],
@@ -178,7 +193,7 @@ def test_a_stimulus_comes_back_from_its_frames(
 def test_the_frames_of_a_prey_need_no_light() -> None:
     frames = frames_of(Stimulus((1, 2, 3, 4, 5, 6)), 9, BS2P)
     assert [one.id for one in frames] == [0x100, 0x101, 0x102, 0x104]
-    assert question_of(frames) == Question(9, (24, 40, 56, 72, 88, 104), (False, False))
+    assert question_of(frames) == Question(9, (22, 37, 52, 67, 82, 97), (False, False))
 
 
 def test_a_question_may_come_in_any_order() -> None:

@@ -30,7 +30,7 @@ from hil.target import Stimulus
 from tests.rig_cases import command, greeted, nothing, opened
 from tests.subjects import subject
 
-BS2P = Units(800, 750)
+BS2P = Units(750, 750)
 NEAR = Stimulus((1_000, 9_000, 9_000), lights=(0, 0))
 
 
@@ -97,7 +97,7 @@ def test_a_threshold_lies_between_two_raw_counts(rig: Rig) -> None:
     """The chip counts whole units: one raw count of 50 ns below a threshold is below it."""
     limit = subject("predator").robot.situation_counts.front_near
     answers = []
-    for seq, ticks in enumerate((16 * limit - 1, 16 * limit), 1):
+    for seq, ticks in enumerate((15 * limit - 1, 15 * limit), 1):
         question = Question(seq, (ticks, 0, 0), (False, False), (0, 0))
         answers += decisions(rig, *question_frames(question))
     simulator = SimulatedTarget(subject("predator"))

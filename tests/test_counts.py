@@ -21,11 +21,11 @@ INCHES = st.floats(0, 300)
 
 
 def test_the_worked_numbers_of_a_ping() -> None:
-    assert PER_IN == pytest.approx(184.365)
-    assert (FEWEST, MOST) == (143.75, 23_125.0)
-    assert echo_count(10.0, PER_IN, FEWEST, MOST) == 1843
-    assert echo_count(0.0, PER_IN, FEWEST, MOST) == echo_count(-3.0, PER_IN, FEWEST, MOST) == 143
-    assert echo_count(125.5, PER_IN, FEWEST, MOST) == echo_count(1e9, PER_IN, FEWEST, MOST) == 23125
+    assert PER_IN == pytest.approx(196.656)
+    assert (FEWEST, MOST) == pytest.approx((153.3333, 24_666.6667))
+    assert echo_count(10.0, PER_IN, FEWEST, MOST) == 1966
+    assert echo_count(0.0, PER_IN, FEWEST, MOST) == echo_count(-3.0, PER_IN, FEWEST, MOST) == 153
+    assert echo_count(125.5, PER_IN, FEWEST, MOST) == echo_count(1e9, PER_IN, FEWEST, MOST) == 24666
 
 
 def test_an_srf04_hears_other_limits() -> None:
@@ -44,7 +44,7 @@ def test_farther_is_never_a_smaller_echo(one: float, other: float) -> None:
 @given(INCHES)
 def test_an_echo_is_the_oracle_s(inches: float) -> None:
     ours = echo_count(inches, PER_IN, FEWEST, MOST)
-    assert 143 <= ours <= 23_125
+    assert 153 <= ours <= 24_666
     kind = SONAR_KINDS["ping"]
     near_by = {
         echo_counts(inches + shift, PREDATOR, kind.shortest_us, kind.longest_us)
@@ -117,5 +117,5 @@ def test_any_curve_is_flat_outside_and_straight_between(
 
 def test_thresholds_beyond_what_a_chip_counts_end_there() -> None:
     robot = load_robot("servobot-predator")
-    assert robot.echo_count_of(300) == math.floor(300 * PER_IN) == 55_309
+    assert robot.echo_count_of(300) == math.floor(300 * PER_IN) == 58_996
     assert robot.echo_count_of(3000) == FARTHEST_COUNT == 65_535

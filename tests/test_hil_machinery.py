@@ -171,7 +171,7 @@ def test_a_flipped_comparison_fails_with_its_line(
     assert small is not None
     assert small.stimulus is not None
     if "Echo" in old:
-        assert small.stimulus == Stimulus((1843, 0, 0), (False, False), (0, 0))
+        assert small.stimulus == Stimulus((1966, 0, 0), (False, False), (0, 0))
     if "IF" in new:
         assert any(new in line.text for line in small.lines)
 
@@ -259,9 +259,9 @@ def test_a_program_that_hangs_has_failed_with_the_line_where_it_does(
     predator: Subject, tokenizer: Tokenizer
 ) -> None:
     old = "nearest < EchoFrontNear THEN obstacle = NearFront\n"
-    spin = "IF nearest = 1843 THEN Spin"
+    spin = "IF nearest = 1966 THEN Spin"
     hangs = with_source(predator, tokenizer, old, f"{old}Spin:\n      {spin}\n")
-    readings = [neutral(hangs.robot), Stimulus((1843, 0, 0), lights=(0, 0))]
+    readings = [neutral(hangs.robot), Stimulus((1966, 0, 0), lights=(0, 0))]
     with RegisterTarget(hangs, tokenizer.compile) as target, PinsTarget(hangs) as pins:
         trials = [
             compare(hangs, target, readings, explainer(hangs, target)),

@@ -66,8 +66,8 @@ def test_image_and_simulator_compare_the_same(role: str) -> None:
 
 
 WRONG = [
-    ("predator", "EchoFrontNear   CON     1843", "EchoFrontNear   CON     1842"),
-    ("predator", "EchoSideFar     CON     6637", "EchoSideFar     CON     6638"),
+    ("predator", "EchoFrontNear   CON     1966", "EchoFrontNear   CON     1965"),
+    ("predator", "EchoSideFar     CON     7079", "EchoSideFar     CON     7080"),
     ("predator", "LampRange       CON     2587", "LampRange       CON     2588"),
     ("predator", "LampFrontMiddle CON     916", "LampFrontMiddle CON     915"),
     ("predator", "nearest < EchoFrontMiddle", "nearest <= EchoFrontMiddle"),
@@ -85,7 +85,7 @@ WRONG = [
     ("predator", "  READ Genes +", "  IF echo(2) = 777 THEN state = 5\n  READ Genes +"),
     ("predator", "  litLeft = 0\n", "  litLeft = 0\n  echo(0) = echo(0) MIN 5\n"),
     ("predator", "  litLeft = 0\n", "  litLeft = 0\n  IF lightLeft = echo(1) THEN lightLeft = 0\n"),
-    ("prey", "Alarm           CON     6637", "Alarm           CON     6636"),
+    ("prey", "Alarm           CON     7079", "Alarm           CON     7078"),
     ("prey", "IF distance < nearest THEN", "IF distance <= nearest THEN"),
     ("prey", "IF distance > nearest THEN", "IF distance >= nearest THEN"),
     ("prey", "FrontLeft TO RearRight", "FrontLeft TO RearLeft"),

@@ -145,7 +145,7 @@ def decoded(robot: str, sent: bytes) -> list[str]:
 
 
 def test_a_prey_in_words() -> None:
-    sent = b":255 FL1843 FR23125 L0 R922 RL23125 RR23125 AL0 AR0 S9 C6\r"
+    sent = b":255 FL1966 FR24666 L0 R983 RL24666 RR24666 AL0 AR0 S9 C6\r"
     (text,) = decoded("servobot-prey", sent)
     assert text.startswith("255: front_left 10.0 in, front_right nothing, left no echo, right 5.0")
     assert text.endswith("left and right touched; both_left_open: state 9, BACKUP_RIGHT")

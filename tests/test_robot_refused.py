@@ -246,7 +246,7 @@ def test_an_arena_with_one_thing_wrong(change: Change, words: list[str]) -> None
 def test_an_echo_longer_than_pulsin_counts_is_refused() -> None:
     """An SRF04 that sees nothing gives 36 ms: 72,000 counts of 0.5 us. Ref: S2 p. 343, S8."""
     text = load_robot("servobot-predator").text.replace(
-        "pulsin_unit_ns = 800", "pulsin_unit_ns = 250"
+        "pulsin_unit_ns = 750", "pulsin_unit_ns = 250"
     )
     with pytest.raises(RobotError, match=r"pulsin_unit_ns: .*74000 counts.*65535"):
         parse_robot(text, "mine.toml")

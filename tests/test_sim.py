@@ -305,7 +305,7 @@ def test_options_win_over_files() -> None:
     assert ambient.predator.limits.target_range == 612
     assert NUMBERS.predator.limits.target_range == 2587
     wary = world_numbers(PREDATOR, PREY, ARENA, Options(prey_policy="wary"))
-    assert (NUMBERS.prey.reflex.alarm, wary.prey.reflex.alarm) == (6637, 8849)
+    assert (NUMBERS.prey.reflex.alarm, wary.prey.reflex.alarm) == (7079, 9439)
     others = world_numbers(PREDATOR, PREY, ARENA, Options("go_on", False, None, None, "stop"))
     assert (NUMBERS.hold, NUMBERS.predator.masking, NUMBERS.stop_at_walls) == (True, True, False)
     assert (others.hold, others.predator.masking, others.stop_at_walls) == (False, False, True)

@@ -23,10 +23,10 @@ from sim.model import World
 from tests import sim_program
 from tests.pursuit import shipped
 
-GOLDEN_BATCH = "c4ea92eda2c1331ca154a805163118c09434bce90518e207b04bda99b1891412"
+GOLDEN_BATCH = "f34501bea079bcfe3d382536c283aa0a7096e790759bc405caaf247b480278bc"
 """Starts, scores and steps of capture of 711 episodes; `python tests/sim_program.py batch`."""
 
-GOLDEN_RECORD = "f7112aeae881327b6a454a305e2262c190aaea64556151e28fe091b995adac8b"
+GOLDEN_RECORD = "d5230c8067e7d2aae4ada685b316e22c918918abcf20e282fb2f4756cff8422c"
 """Poses and looks of 60 steps; `python tests/sim_program.py plain`.
 
 Both change with every number of the shipped robots and with every operation of the step. If that

@@ -29,8 +29,11 @@ def test_every_model_is_found_by_name_and_target() -> None:
         assert chip_of_target(row.target) is row
 
 
-def test_units_differ_where_the_manual_says_so() -> None:
-    assert (chip("BS2p").pulsin_unit_ns, chip("BS2p").rctime_unit_ns) == (800, 750)
+def test_units_differ_where_the_documents_say_so() -> None:
+    assert (chip("BS2p").pulsin_unit_ns, chip("BS2p").rctime_unit_ns) == (750, 750)
+    # S4 and S5: 49.151 ms at most; S2 and S4: 123.6 ms, "2 us" rounded
+    assert 65_535 * chip("BS2p").pulsin_unit_ns == pytest.approx(49_151_000, rel=1e-4)
+    assert 65_535 * chip("BS2pe").pulsin_unit_ns == pytest.approx(123_600_000, rel=4e-3)
     assert chip("BS2sx").debug_baud_word == 2_500_000 // 9600 - 20
     assert chip("BS2pe").debug_baud_word == 1_000_000 // 9600 - 20
     assert (BS2.slots, chip("BS2e").slots) == (1, 8)

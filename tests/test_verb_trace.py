@@ -103,7 +103,7 @@ def test_a_robot_at_work_is_listened_to(capsys: pytest.CaptureFixture[str]) -> N
     assert json.loads(Path("t.csv.json").read_text())["clock"] == "host"
 
 
-WORK = ":{} F23125 R23125 L23125 LL0 LR0 AL1 AR1 S0 C4\r"
+WORK = ":{} F24666 R24666 L24666 LL0 LR0 AL1 AR1 S0 C4\r"
 
 
 @pytest.mark.parametrize(
@@ -273,7 +273,7 @@ def test_verify_replays_a_trace(capsys: pytest.CaptureFixture[str]) -> None:
     Path("mine.csv").write_text(text)
     code, out, _ = run(capsys, *words, "--trace", "mine.csv")
     assert code == 9
-    assert "mine.csv: line 5: reading 2 at 1.000000 s, 1862,0,0/--/0,0" in out
+    assert "mine.csv: line 5: reading 2 at 1.000000 s, 1986,0,0/--/0,0" in out
     assert "the trace has state 40, the simulator state 48" in out
 
 

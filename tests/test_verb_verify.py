@@ -63,9 +63,9 @@ def test_a_hand_edited_source_fails_with_a_reading_and_a_line(build: Path) -> No
     assert verdicts["sources"] == verdicts["source registers"] == "FAIL"
     assert verdicts["emulator"] == "PASS"
     small = data["smallest"]
-    assert small["reading"] == "1843,0,0/--/0,0"
+    assert small["reading"] == "1966,0,0/--/0,0"
     assert small["lines"][0]["text"].strip().startswith(new)
-    assert data["again"].endswith("--reading 1843,0,0/--/0,0")
+    assert data["again"].endswith("--reading 1966,0,0/--/0,0")
 
 
 def test_edited_sources_are_tried_by_their_pins_and_their_pulses(build: Path) -> None:
@@ -82,7 +82,7 @@ def test_edited_sources_are_tried_by_their_pins_and_their_pulses(build: Path) ->
     failed = {name for name, verdict in verdicts.items() if verdict == "FAIL"}
     assert (code, failed) == (9, {"sources", "source emulator", "source movements"})
     assert verdicts["emulator"] == verdicts["movements"] == "PASS"
-    assert data["smallest"]["reading"] == "0,0,1842/--/0,0"
+    assert data["smallest"]["reading"] == "0,0,1965/--/0,0"
     assert "ROTATE_RIGHT was asked for" in data["trials"]["source movements"]["reason"]
 
 

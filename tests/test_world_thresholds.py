@@ -22,7 +22,7 @@ SONAR_EDGES = [
 ]
 
 
-SONAR_COUNTS = [0, 1, 143, 12_345, 23_125, 65_534, 65_535, *SONAR_EDGES]
+SONAR_COUNTS = [0, 1, 153, 12_345, 24_666, 65_534, 65_535, *SONAR_EDGES]
 LIGHT_COUNTS = [0, 1, 2, 60_000, 65_535] + [
     count + shift for count in TWIN.limits[5:] for shift in (-1, 0, 1)
 ]
@@ -107,18 +107,18 @@ def test_every_sonar_threshold_alone(column: int, count: int, masked: tuple[str,
         ((0, 0, 5000), 4),  # no echo is farther than everything
         ((0, 5000, 0), 2),
         ((5000, 0, 0), 7),
-        ((1842, 1842, 1842), 5),  # a tie: front, right, left
-        ((1843, 1843, 1843), 6),  # near means nearer than
-        ((4055, 9999, 9999), 6),
-        ((4056, 9999, 9999), 7),
-        ((6636, 9999, 9999), 7),
-        ((6637, 9999, 9999), 0),
-        ((9999, 1842, 1842), 1),
-        ((9999, 1843, 1843), 2),
-        ((9999, 1843, 1842), 3),
-        ((9999, 9999, 6636), 4),
-        ((9999, 9999, 6637), 0),
-        ((1900, 1899, 5000), 2),  # the nearest alone decides
+        ((1965, 1965, 1965), 5),  # a tie: front, right, left
+        ((1966, 1966, 1966), 6),  # near means nearer than
+        ((4325, 9999, 9999), 6),
+        ((4326, 9999, 9999), 7),
+        ((7078, 9999, 9999), 7),
+        ((7079, 9999, 9999), 0),
+        ((9999, 1965, 1965), 1),
+        ((9999, 1966, 1966), 2),
+        ((9999, 1966, 1965), 3),
+        ((9999, 9999, 7078), 4),
+        ((9999, 9999, 7079), 0),
+        ((2000, 1999, 5000), 2),  # the nearest alone decides
     ],
 )
 def test_obstacles_worked_by_hand(reading: tuple[int, int, int], situation: int) -> None:
@@ -167,8 +167,8 @@ def test_masking_worked_by_hand() -> None:
     ("sonars", "answer"),
     [
         ((0, 0, 0, 0, 0, 0), "WAIT"),
-        ((6636, 9999, 9999, 9999, 9999, 9999), "ROTATE_RIGHT"),
-        ((6637, 6637, 6637, 6637, 6637, 6637), "WAIT"),
+        ((7078, 9999, 9999, 9999, 9999, 9999), "ROTATE_RIGHT"),
+        ((7079, 7079, 7079, 7079, 7079, 7079), "WAIT"),
         ((5000, 5000, 5000, 5000, 5000, 5000), "ROTATE_RIGHT"),
         ((5001, 5000, 5000, 5000, 5000, 5000), "ROTATE_LEFT"),
         ((5001, 5001, 5000, 5000, 5000, 5000), "RIGHT_FORWARD"),

@@ -56,7 +56,7 @@ class Timing:
         pulsout_ns: one unit of PULSOUT. Ref: S2 p. 347, exact but for the resonator.
         pulsout_glitch_ns: PULSOUT shows the latch of a pin that was an input so long before its
             pulse. 4 us. Ref: choice for "a few microseconds" in S9 (1.8) p. 291.
-        pulsin_ns: one unit of PULSIN. Ref: S2 p. 343; for a BS2p S5 says 750 instead of 800.
+        pulsin_ns: one unit of PULSIN. Ref: S2 p. 343; a BS2p and a BS2pe as `Chip` has them.
         rctime_ns: one unit of RCTIME. Ref: S2 p. 363; for a BS2p S9 (2.0c) says 900, not 750.
         count_ns: one unit of COUNT's duration. BS2 1 ms, BS2sx 400 us, BS2p 287 us, BS2pe
             720 us. Ref: S2 p. 149, "approximate".

@@ -27,7 +27,9 @@ class Chip:
         pins: input/output pins that an instruction can name.
         debug_baud_word: what DEBUG pushes for 9,600 baud: bit time - 20, in 1 us on BS2, BS2e
             and BS2pe and in 0.4 us on BS2sx and BS2p. Ref: S2 p. 419; the words themselves S3.
-        pulsin_unit_ns: one count of PULSIN. Ref: S2 p. 343.
+        pulsin_unit_ns: one count of PULSIN. Ref: S2 p. 343; of a BS2p 750 by S4, S5 and S9 (2.0c
+            p. 241), where S2 alone says 800; of a BS2pe 1,880, for S2 and S4 say "2 us" and
+            123.6 ms at most (FIDELITY.md).
         pulsout_unit_ns: one count of PULSOUT. Ref: S2 p. 347.
         rctime_unit_ns: one count of RCTIME. Ref: S2 p. 363.
     """
@@ -50,8 +52,8 @@ CHIPS: tuple[Chip, ...] = (
     Chip("BS2",   "BS2",   2,     1,    26,   0,    16,   84, 2000,  2000,   2000),
     Chip("BS2e",  "BS2E",  3,     8,    26,  64,    16,   84, 2000,  2000,   2000),
     Chip("BS2sx", "BS2SX", 4,     8,    26,  64,    16,  240,  800,   800,    800),
-    Chip("BS2p",  "BS2P",  5,     8,    26, 136,    16,  240,  800,   800,    750),
-    Chip("BS2pe", "BS2PE", 6,     8,    26, 136,    16,   84, 2000,  2000,   2000),
+    Chip("BS2p",  "BS2P",  5,     8,    26, 136,    16,  240,  750,   800,    750),
+    Chip("BS2pe", "BS2PE", 6,     8,    26, 136,    16,   84, 1880,  2000,   2000),
 )  # fmt: skip
 
 _BY_NAME = {row.name.lower(): row for row in CHIPS}
@@ -65,7 +67,7 @@ def chip(name: str) -> Chip:
         ImageError: no such model.
 
     >>> chip("bs2P").pulsin_unit_ns
-    800
+    750
     """
     try:
         return _BY_NAME[name.strip().lower()]

@@ -1,7 +1,8 @@
 """Real Stamps on a cable: both controllers' bench hooks as targets.
 
-The chip must be in bench mode or have just been reset; opening a port resets nothing. What is
-said on the wire is `cgagen.link.bench_hook`'s; here is who is asked, and what must be in the chip.
+The chip must be in bench mode or have just been reset; opening a port asks for no reset
+(DECISIONS.md 43). What is said on the wire is `cgagen.link.bench_hook`'s; here is who is asked, and
+what must be in the chip.
 """
 
 from itertools import count

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cgagen.emulator.host_port import HostPort
+from cgagen.emulator.loader import Atn
 from cgagen.emulator.programs import bench_of_image
 from cgagen.errors import BenchError
 from cgagen.stamp.chips import CHIPS, EEPROM_BYTES, chip
@@ -95,7 +96,7 @@ def test_time_goes_on_as_far_as_a_call_needs() -> None:
 
 
 def test_a_closed_port_lets_go_of_everything(images: dict[str, Image]) -> None:
-    port = HostPort(bench_of_image(images["BS2"]))
+    port = HostPort(bench_of_image(images["BS2"]), atn=Atn.DIRECT)
     port.dtr = True
     port.break_condition = True
     port.sleep(0.1)

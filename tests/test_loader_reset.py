@@ -28,7 +28,7 @@ def test_a_reset_without_break_runs_the_program(images: dict[str, Image]) -> Non
 
 def test_while_dtr_is_asserted_nothing_runs(tokenizer: Tokenizer) -> None:
     source = '\' {$STAMP BS2}\nHIGH 3\nagain:\nDEBUG "x"\nGOTO again\n'
-    port = HostPort(bench_of_sources({0: tokenizer.compile(source)}))
+    port = HostPort(bench_of_sources({0: tokenizer.compile(source)}), atn=Atn.DIRECT)
     assert output(port, 0.1)
     assert port.chip.pins.directions == 8
     port.dtr = True
@@ -41,7 +41,7 @@ def test_while_dtr_is_asserted_nothing_runs(tokenizer: Tokenizer) -> None:
 
 
 def test_too_short_a_reset_is_none(images: dict[str, Image]) -> None:
-    port = HostPort(bench_of_image(images["BS2"]))
+    port = HostPort(bench_of_image(images["BS2"]), atn=Atn.DIRECT)
     assert output(port) == b"hello\r"
     port.dtr = True
     port.sleep(0.0019)
@@ -83,7 +83,7 @@ def test_break_without_reset_is_garbage_for_serin(tokenizer: Tokenizer) -> None:
 
 def test_a_capacitor_makes_a_pulse_of_an_edge(images: dict[str, Image]) -> None:
     """DTR stays asserted, as Parallax's JavaScript programmer leaves it."""
-    port = HostPort(bench_of_image(images["BS2"]), atn=Atn.CAPACITOR)
+    port = HostPort(bench_of_image(images["BS2"]))
     assert output(port) == b"hello\r"
     port.dtr = True
     assert output(port) == b"hello\r"

@@ -6,7 +6,7 @@ import pytest
 import serial
 
 from cgagen.emulator.bench import Bench
-from cgagen.emulator.loader import Phase
+from cgagen.emulator.loader import Atn, Phase
 from cgagen.emulator.programs import bench_of_image, bench_of_sources
 from cgagen.serve import serve
 from cgagen.stamp.image import Image
@@ -56,7 +56,8 @@ def test_both_chips_of_a_bench_are_served_at_once(tokenizer: Tokenizer) -> None:
 
 
 def test_pyserial_sets_speed_lines_and_purges(hello: Image) -> None:
-    with serve(bench_of_image(hello), "rfc2217:0") as server, client_of(server) as client:
+    server = serve(bench_of_image(hello), "rfc2217:0", atn=Atn.DIRECT)
+    with server, client_of(server) as client:
         port = server.endpoints[0].port.port
         client.port.baudrate = 19_200
         assert port.baudrate == 19_200
@@ -78,7 +79,7 @@ def test_pyserial_sets_speed_lines_and_purges(hello: Image) -> None:
 
 
 def test_dtr_that_stays_asserted_holds_the_chip_until_the_client_goes(hello: Image) -> None:
-    with serve(bench_of_image(hello), "rfc2217:0") as server:
+    with serve(bench_of_image(hello), "rfc2217:0", atn=Atn.DIRECT) as server:
         loader = server.endpoints[0].port.port.loader
         with serial.serial_for_url(server.url, timeout=0.05) as port:
             port.reset_input_buffer()

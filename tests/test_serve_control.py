@@ -2,7 +2,7 @@
 
 import pytest
 
-from cgagen.emulator.loader import Phase
+from cgagen.emulator.loader import Atn, Phase
 from cgagen.emulator.programs import bench_of_image
 from cgagen.serve import serve
 from cgagen.stamp.image import Image
@@ -17,7 +17,7 @@ def hello(tokenizer: Tokenizer) -> Image:
 
 
 def test_lines_of_text_come_back_when_they_have_taken_effect() -> None:
-    with serve(erased(), "tcp:0") as server:
+    with serve(erased(), "tcp:0", atn=Atn.DIRECT) as server:
         assert server.control is not None
         port = server.endpoints[0].port.port
         with connect(server.control) as hand, hand.makefile("rwb") as text:

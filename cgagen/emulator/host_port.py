@@ -64,7 +64,7 @@ class HostPort:
         chip: str = "main",
         *,
         timeout: float = 0.2,
-        atn: Atn = Atn.DIRECT,
+        atn: Atn = Atn.CAPACITOR,
         legs: int = 24,
         version: int = 0,
     ) -> None:

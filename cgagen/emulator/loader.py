@@ -106,7 +106,7 @@ class Loader(Part):
         self,
         chip: Chip,
         line: RomLine,
-        atn: Atn = Atn.DIRECT,
+        atn: Atn = Atn.CAPACITOR,
         legs: int = 24,
         version: int = 0,
     ) -> None:

@@ -4,7 +4,7 @@
 
     from cgagen.link.bench_hook import BenchHook
 
-    with BenchHook("/dev/ttyUSB0") as hook:     # opens the port; resets nothing
+    with BenchHook("/dev/ttyUSB0") as hook:     # opens the port; asks for no reset
         hook.enter()                            # reset by DTR, and bench mode from here on
         print(hook.banner())
         hook.move(0)

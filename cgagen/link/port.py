@@ -1,4 +1,4 @@
-"""A serial port: one session at a time, opened without resetting what hangs on it."""
+"""A serial port: one session at a time, opened as quietly as the system allows."""
 
 import fcntl
 import os
@@ -15,6 +15,7 @@ import serial
 from cgagen.bench_protocol import BAUD
 from cgagen.errors import RigError
 from cgagen.files import digest
+from cgagen.link.quiet import QuietSerial, claim
 from cgagen.link.steered import SIGN, SteeredPort, has_lines, split_control
 from cgagen.link.why import LINELESS, LOST, busy, holders, why_closed
 
@@ -107,7 +108,10 @@ def locked_port(name: str, baud: int = BAUD) -> Iterator[serial.SerialBase]:
 
 
 def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
-    """Open a port with DTR and RTS off, which leaves a Stamp alone.
+    """Open a port with DTR and RTS off, which leaves a Stamp alone from then on.
+
+    The opening itself raises DTR for a moment on most systems, which may reset a Stamp
+    (`cgagen.link.quiet`, DECISIONS.md 43). Ports on a network and ptys have no such moment.
 
     Args:
         name: device path or URL of pyserial's, with `?control=HOST:PORT` where DTR and BREAK
@@ -122,16 +126,20 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
     if others:  # who reads along without a lock would get every other byte
         raise RigError(f"{base}: {busy(others)}")
     try:
-        port = serial.serial_for_url(base, do_not_open=True)
+        if device := "://" not in base:
+            port = QuietSerial()
+            port.port, port.exclusive, port.write_timeout = base, True, WRITE_S
+        else:
+            port = serial.serial_for_url(base, do_not_open=True)
         port.baudrate, port.timeout = baud, READ_S
-        if "://" not in base:
-            port.exclusive, port.write_timeout = True, WRITE_S
         with suppress(OSError, ValueError):
             port.dtr, port.rts = False, False
         with warnings.catch_warnings():
             # pyserial 3.5 starts the thread of rfc2217:// in a way that Python 3.10 deprecates.
             warnings.simplefilter("ignore", DeprecationWarning)
             port.open()
+        if device:
+            claim(port)
         # FTDI adapters otherwise keep what they hear for 16 ms; not every system has that.
         with suppress(OSError, ValueError, AttributeError, NotImplementedError):
             port.set_low_latency_mode(True)

@@ -36,7 +36,7 @@ def serve(
     bench: Bench,
     ports: str | Address | Mapping[str, str | Address] = "tcp:0",
     *,
-    atn: Atn = Atn.DIRECT,
+    atn: Atn = Atn.CAPACITOR,
     legs: int = 24,
     version: int = 0,
     realtime: bool = False,
@@ -72,7 +72,7 @@ def endpoint_of(
     chip: str = MAIN,
     address: str | Address = "tcp:0",
     *,
-    atn: Atn = Atn.DIRECT,
+    atn: Atn = Atn.CAPACITOR,
     legs: int = 24,
     version: int = 0,
 ) -> Endpoint:

@@ -44,8 +44,8 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
 @click.option(
     "--atn",
     type=click.Choice(["direct", "capacitor"]),
-    default="direct",
-    help="With --port: what makes a reset of DTR.  [default: direct]",
+    default="capacitor",
+    help="With --port: what makes a reset of DTR.  [default: capacitor]",
 )
 @click.option("--vcd", type=_FILE, metavar="FILE", help="Write all wires as a waveform.")
 @click.option("--trace", type=_FILE, metavar="FILE", help="Write every instruction as CSV.")

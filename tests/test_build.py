@@ -255,7 +255,7 @@ def test_the_verb_writes_and_tells(
     folder = tmp_path / "out"
     assert run("build", str(genome_file), "-o", str(folder)) == 0
     out = capsys.readouterr().out
-    for words in ("main.bsp", "locomotion.bs2", "BS2p", TABLE.digest, PREDATOR.digest, "Next:"):
+    for words in ("main.bsp", "locomotion.bs2", "BS2p", TABLE.digest, PREDATOR.digest, "next:"):
         assert words in out
     assert run("--json", "build", "--robot", "servobot-prey", "-o", str(tmp_path / "prey")) == 0
     data = json.loads(capsys.readouterr().out)

@@ -79,7 +79,10 @@ def _built(wanted: HilConfig) -> "Subject":
     """Return the firmware of a genome and a robot, built now."""
     read, robots = load("cgagen.genome").load, load("cgagen.robot")
     genome = read(Path(wanted.genome)) if wanted.genome else None
-    robot = robots.load_robot(wanted.robot or (genome.robot if genome else ""))
+    if genome is not None and wanted.genome:
+        robot = load("cgagen.whose").match(genome, Path(wanted.genome), wanted.robot).robot
+    else:
+        robot = robots.load_robot(wanted.robot or "")
     with load("cgagen.tokenizer").Tokenizer() as tokenizer:
         build = load("cgagen.build").make_build(robot, genome, tokenizer)
     subject: Subject = load("hil.subject").subject_of(build, wanted.genome or robot.name)

@@ -33,6 +33,7 @@ from cgagen.errors import RunError, StorageError
 from cgagen.evolve import Bits
 from cgagen.genome import Genome, Origin, from_array
 from cgagen.run.record import RunRecord, from_text
+from cgagen.shell import command
 
 RECORD = "0-run.toml"
 TRAINING = "2-training.csv"
@@ -118,8 +119,8 @@ def refuse_unless_free(folder: Path, record: RunRecord) -> None:
     names = _names(folder)
     if RECORD in names:
         raise RunError(
-            f"{folder}: holds a run already; continue it with `cgagen resume {folder}`, or choose "
-            "another folder with --run"
+            f"{folder}: holds a run already; continue it with `{command('resume', folder)}`, or "
+            "choose another folder with --run"
         )
     texts = record.inputs.texts()
     for name in names:
@@ -153,7 +154,7 @@ def read_record(folder: Path) -> RunRecord:
     if RECORD not in _names(folder):
         raise RunError(
             f"{folder}: holds no run ({RECORD} is missing, or the run was stopped before it "
-            f"began); start it with `cgagen evolve --run {folder}`"
+            f"began); start it with `{command('evolve', '--run', folder)}`"
         )
     return from_text(_read_text(path), path, lambda name: _read_text(folder / name))
 

@@ -18,6 +18,7 @@ from cgagen.run import folder as run_folder
 from cgagen.run.record import RunRecord
 from cgagen.run.stop import Stopped
 from cgagen.run.streams import Purpose, stream
+from cgagen.shell import command
 
 SAVE_EVERY = 10
 """Generations between two checkpoints. choice: a few per cent of the time of a trial."""
@@ -136,7 +137,7 @@ def run_trial(job: Job, make_world: WorldFactory, observe: Observer, stopped: St
     if state.completed < last:
         raise StoppedError(
             f"{job.folder}: stopped after generation {state.completed} of {last}; "
-            f"continue with `cgagen resume {job.resume_folder}`"
+            f"continue with `{command('resume', job.resume_folder)}`"
         )
 
 

@@ -13,6 +13,7 @@ from cgagen.run.loop import Job, Observer, Progress, WorldFactory, run_trial, st
 from cgagen.run.record import RunRecord
 from cgagen.run.stop import Stopped, never
 from cgagen.run.workers import run_in_processes
+from cgagen.shell import command
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +142,7 @@ def _resumable(folder: Path) -> Iterator[None]:
     except StorageError as error:
         what = str(error).rpartition("; ")[0]  # without its advice: this folder is the right one
         raise StoppedError(
-            f"{what}; free some space, then continue with `cgagen resume {folder}`"
+            f"{what}; free some space, then continue with `{command('resume', folder)}`"
         ) from error
 
 

@@ -19,6 +19,7 @@ from cgagen.errors import CgagenError, StoppedError
 from cgagen.run.folder import locked, sweep
 from cgagen.run.loop import Job, Observer, Progress, WorldFactory, run_trial
 from cgagen.run.stop import Stopped
+from cgagen.shell import command
 
 PROGRESS_S = 0.1
 """Seconds between two words of progress. choice: as often as an eye can follow."""
@@ -82,7 +83,7 @@ def run_in_processes(
     if failures:
         raise failures[0]
     if deadline is not None:
-        raise StoppedError(f"stopped; continue with `cgagen resume {jobs[0].resume_folder}`")
+        raise StoppedError(f"stopped; continue with `{command('resume', jobs[0].resume_folder)}`")
 
 
 def _launch(job: Job, make_world: WorldFactory) -> tuple[Connection, _Worker]:
@@ -127,7 +128,7 @@ def _listen(
         word = StoppedError(
             f"{worker.job.folder}: the process of this trial ended by itself "
             f"({_reason(worker.process.exitcode)}); "
-            f"continue with `cgagen resume {worker.job.resume_folder}`"
+            f"continue with `{command('resume', worker.job.resume_folder)}`"
         )
     if isinstance(word, Progress):
         observe(word)

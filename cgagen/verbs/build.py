@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cgagen.shell import command
 from cgagen.verbs.console import Console, with_console
 
 if TYPE_CHECKING:
@@ -58,19 +59,19 @@ def build_verb(
     from cgagen.genome import load
     from cgagen.robot import load_robot
     from cgagen.tokenizer import Tokenizer
+    from cgagen.verbs.robot_choice import robot_of
 
     if genome is None and robot is None:
         raise click.UsageError("give a genome, or with --robot a prey, which needs none")
     table = load(genome) if genome else None
-    body = load_robot(robot or (table.robot if table else ""))
+    body = robot_of(console, table, genome, robot) if table and genome else load_robot(robot or "")
     with Tokenizer() as tokenizer:
         build = make_build(body, table, tokenizer, templates)
-    if build.note:
-        console.note(f"note: {build.note}")
     folder = output or Path("build") / plain(body.name)
     files = build.files()
     write_build(folder, files, force)
-    console.result(_data(folder, build, files), _text(folder, build))
+    more = "" if console.quiet else f"\n{_next(folder, build)}"
+    console.result(_data(folder, build, files), _text(folder, build) + more)
 
 
 def _data(folder: Path, build: "Build", files: dict[str, bytes]) -> dict[str, Any]:
@@ -92,15 +93,26 @@ def _text(folder: Path, build: "Build") -> str:
         free = f"{memory.free_bytes} ({memory.free_percent:.1f} %)"
         cells = (built.program.file, memory.model, used, free, memory.ram_free_bytes)
         lines.append(row.format(*cells, memory.gosub_depth, source, built.image.digest[:8]))
-    main, locomotion = (built.program for built in build.programs)
     lines += [
         "",
         f"genome: {build.genome.digest}" if build.genome else "genome: none, it acts by reflex",
         f"robot:  {build.robot.digest}",
-        "",
-        f"Next: wire the Stamps as {folder / 'wiring.txt'} says, then",
-        f"cgagen flash {folder}  # {main.file} into the {main.model}, {locomotion.file} into the "
-        f"{locomotion.model}",
-        "memory.txt says what each routine takes; build.json has every digest.",
     ]
     return "\n".join(lines)
+
+
+def _next(folder: Path, build: "Build") -> str:
+    """Return what to type next, and what to do with one's hands."""
+    from cgagen.build.record import WIRING_FILE
+
+    main, locomotion = (built.program for built in build.programs)
+    return "\n".join(
+        [
+            "",
+            "memory.txt says what each routine takes; build.json has every digest.",
+            f"Wire the Stamps as {folder / WIRING_FILE} says.",
+            f"next:   {command('verify', '--build', folder)}",
+            f"next:   {command('flash', folder)}  # {main.file} into the {main.model}, "
+            f"{locomotion.file} into the {locomotion.model}",
+        ]
+    )

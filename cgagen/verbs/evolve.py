@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cgagen.shell import command
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.progress import watch
 from cgagen.verbs.world_options import load_world, note_compiling, open_points, world_options
@@ -239,8 +240,9 @@ def _print(console: Console, outcome: "Outcome") -> None:
         "",
         f"best genome: {outcome.best_file} ({trial_words}generation {best.best.generation}, "
         f"fitness {best.best.fitness:.1f}, {best.best.captured:.0%} captured)",
-        f"next:        cgagen build {outcome.best_file}",
     ]
+    if not console.quiet:
+        lines.append(f"next:        {command('build', outcome.best_file)}")
     console.result(data, "\n".join(lines))
 
 

@@ -61,13 +61,12 @@ def info_verb(console: Console, /, file: Path, model: str | None, **given: Any) 
 
 
 def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:
-    from cgagen.run import RunSettings
     from cgagen.run.streams import Purpose, stream
     from sim.episode import visits_of
     from sim.model import World, words_of
 
-    genome, predator, prey, arena, options = load_hunter(file, given["robot"], given, console.note)
-    settings = RunSettings()
+    hunter = load_hunter(file, given["robot"], given, console.note)
+    genome, predator, prey, arena, options, settings = hunter
     world = World(predator, prey, arena, options, steps=settings.steps)
     generator = stream(settings.fixed_starts_seed, 0, 0, Purpose.FIXED_STARTS)
     starts = world.draw_starts(generator, settings.fixed_starts)

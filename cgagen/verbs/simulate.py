@@ -7,6 +7,7 @@ import click
 
 from cgagen.errors import MismatchError
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.robot_choice import IN_FIRMWARE
 from cgagen.verbs.simulate_emulated import check_emulated, emulated
 from cgagen.verbs.world_options import load_hunter, world_options
 
@@ -75,8 +76,12 @@ def simulate_verb(console: Console, /, genome: Path, **given: Any) -> None:
     from sim.starts import start_of
 
     check_emulated(given)
-    loaded, predator, prey, arena, options = load_hunter(
-        genome, given["robot"], given, console.note
+    loaded, predator, prey, arena, options, _ = load_hunter(
+        genome,
+        given["robot"],
+        given,
+        console.note,
+        without=IN_FIRMWARE if given["emulated"] else (),
     )
     numbers = world_numbers(predator, prey, arena, options)
     start = start_of(
@@ -90,7 +95,7 @@ def simulate_verb(console: Console, /, genome: Path, **given: Any) -> None:
     caught = next((step.number for step in episode if step.captured), None)
     if caught and not given["past_capture"]:
         episode = episode[:caught]
-    data = {
+    data: dict[str, Any] = {
         "genome": loaded.digest,
         "robot": predator.name,
         "captured_at_step": caught,

@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console
+from cgagen.verbs.robot_choice import IN_FIRMWARE
 
 if TYPE_CHECKING:
     from hil.hunt import Hunt
     from hil.parting import Parting
     from hil.subject import Subject
-
-_IN_FIRMWARE = ("masking", "light", "prey_policy")
 
 
 def check_emulated(given: dict[str, Any]) -> None:
@@ -26,7 +25,7 @@ def check_emulated(given: dict[str, Any]) -> None:
             "--emulated ends with the capture, after which the simulator holds both robots and "
             "the firmware does not; leave out --past-capture"
         )
-    for name in _IN_FIRMWARE:
+    for name in IN_FIRMWARE:
         if given[name] is not None:
             raise click.UsageError(
                 f"--emulated: {name.replace('_', ' ')} is in the firmware, which is built from "

@@ -88,7 +88,7 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
     left_out, gone = 0, ""
     if given["port"]:
         _check_free(given["output"], given["force"])
-        subject = subject_named(genome, given, "simulator")
+        subject = subject_named(console, genome, given, "simulator")
         with named_port(given["port"], "main") as port:
             console.note(f"{port}: listening for {given['limit_s']:g} s at most; Ctrl-C ends it")
             trace, heard = record_telemetry(
@@ -179,10 +179,12 @@ def _check_free(path: Path, force: bool) -> None:
 
 
 def _robot_of(file: Path, given: str | None) -> "Robot":
-    """Return the robot of a trace: what was named, or what its sidecar says."""
+    """Return the robot of a trace: what was named, or what the sidecar or the folder says."""
     from cgagen.errors import TraceError
     from cgagen.robot import load_robot, shipped
-    from hil.traces.sidecar import read_origin
+    from cgagen.robot.reader import parse_robot
+    from cgagen.whose import home_of
+    from hil.traces.sidecar import read_origin, sidecar_path
 
     if given:
         return load_robot(given)
@@ -193,6 +195,11 @@ def _robot_of(file: Path, given: str | None) -> "Robot":
         raise TraceError(
             f"{file}: no {file.name}.json says whose it is; name the robot with --robot"
         )
+    if origin.robot_file is not None:
+        return parse_robot(origin.robot_file, str(sidecar_path(file)))
+    home = home_of(file)
+    if home is not None and home.robot.digest == origin.robot_digest:
+        return home.robot
     if origin.robot not in shipped("robot"):
         raise TraceError(
             f"{file}: recorded with {origin.robot}, which does not ship with cgagen; "

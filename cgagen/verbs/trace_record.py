@@ -1,6 +1,6 @@
 """What `cgagen trace record` asks for: whose readings, which, and of whom."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +51,7 @@ def asked(
     from hil.traces.recording import record_readings
 
     if any(given[name] for name in ("level", "other", "sweep")):
-        subject = subject_named(genome, given, given["target"])
+        subject = subject_named(console, genome, given, given["target"])
         stimuli, source = _stimuli(subject, given)
     else:
         subject, stimuli, source = _episode(console, genome, given)
@@ -99,7 +99,7 @@ def _episode(
         name: given[name] or pose.convert(default, None, None)
         for name, default in zip(SIDES, FIGURE_7, strict=True)
     }
-    loaded, predator, prey, arena, options = load_hunter(
+    loaded, predator, prey, arena, options, _ = load_hunter(
         genome, given["robot"], given, console.note
     )
     numbers = world_numbers(predator, prey, arena, options)
@@ -111,24 +111,29 @@ def _episode(
     subject = _subject_of(
         body, loaded if role is Role.PREDATOR else None, given, given["target"], str(genome)
     )
-    source = episode_source(role, poses, steps, loaded, open_points(given))
+    said = {name: value for name, value in asdict(options).items() if value is not None}
+    source = episode_source(role, poses, steps, loaded, said)
     return subject, episode_readings(loaded, numbers, start, steps, role), source
 
 
-def subject_named(genome: Path | None, given: dict[str, Any], target: str) -> "Subject":
+def subject_named(
+    console: Console, genome: Path | None, given: dict[str, Any], target: str
+) -> "Subject":
     """Return whose readings and decisions are recorded."""
-    from cgagen.genome import check_interface, load
+    from cgagen.genome import load
     from cgagen.robot import load_robot
+    from cgagen.verbs.robot_choice import robot_of
 
     table = load(genome) if genome else None
     if given["build"]:
         return _subject_of(None, table, given, target, str(given["build"]))
     if table is None and given["robot"] is None:
         raise click.UsageError("give a genome, a build with --build, or a prey with --robot")
-    body = load_robot(given["robot"] or (table.robot if table else ""))
-    if table is not None:
-        check_interface(table, body.name, body.interface, body.digest)
-    elif body.limits is not None:
+    if table is not None and genome is not None:
+        body = robot_of(console, table, genome, given["robot"])
+    else:
+        body = load_robot(given["robot"])
+    if table is None and body.limits is not None:
         raise click.UsageError(f"{body.name} is a predator and needs GENOME")
     return _subject_of(body, table, given, target, str(genome or body.name))
 

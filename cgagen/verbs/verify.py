@@ -117,7 +117,7 @@ def verify_verb(
     matrices = [read_kills(path) for path in kills]
 
     with Tokenizer() as tokenizer:
-        subject = _subject(genome, robot, build, tokenizer)
+        subject = _subject(console, genome, robot, build, tokenizer)
         report = verify(
             subject,
             tokenizer.compile,
@@ -143,7 +143,7 @@ def verify_verb(
 
 
 def _subject(
-    genome: Path | None, robot: str | None, build: Path | None, tokenizer: Any
+    console: Console, genome: Path | None, robot: str | None, build: Path | None, tokenizer: Any
 ) -> "Subject":
     """Return what is on trial; what a build is to agree with is what was named beside it."""
     from dataclasses import replace
@@ -151,13 +151,17 @@ def _subject(
     from cgagen.build import make_build
     from cgagen.genome import check_interface, load
     from cgagen.robot import load_robot
+    from cgagen.verbs.robot_choice import robot_of
     from hil.subject import read_subject, subject_of
 
     if genome is None and robot is None and build is None:
         raise click.UsageError("give a genome, a build with --build, or a prey with --robot")
     table = load(genome) if genome else None
     if build is None:
-        body = load_robot(robot or (table.robot if table else ""))
+        if table is not None and genome is not None:
+            body = robot_of(console, table, genome, robot)
+        else:
+            body = load_robot(robot or "")
         return subject_of(make_build(body, table, tokenizer), str(genome or body.name))
     subject = read_subject(build)
     body = load_robot(robot) if robot else subject.robot

@@ -82,7 +82,7 @@ def write_all(folder: Path, subjects: dict[Role, Subject]) -> None:
         subject = subjects[role]
         (folder / f"{name}.json").unlink(missing_ok=True)
         vectors = read_trace(folder / name, subject.robot)
-        write_beside(folder / name, origin_of(subject, HAND), len(vectors.samples))
+        write_beside(folder / name, origin_of(subject, HAND), len(vectors.samples), subject.robot)
 
 
 if __name__ == "__main__":

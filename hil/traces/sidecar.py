@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cgagen.files import digest
+from cgagen.robot import Robot, load_robot, shipped
 from cgagen.words import Role
 from hil.dbc import dbc_text
 from hil.messages import TICK_NS
@@ -30,14 +31,21 @@ def sidecar_path(path: Path) -> Path:
     return path.with_name(path.name + ".json")
 
 
-def sidecar_text(origin: Origin, data: bytes, readings: int) -> str:
-    """Return the sidecar of a file with this content."""
+def sidecar_text(origin: Origin, data: bytes, readings: int, robot: Robot) -> str:
+    """Return the sidecar of a file with this content.
+
+    A robot that does not ship goes in whole, so that the trace can be read without being told
+    whose it is.
+    """
+    of_robot = {"name": origin.robot, "role": str(origin.role), "digest": origin.robot_digest}
+    if not _ships(robot):
+        of_robot["file"] = robot.text
     row: dict[str, Any] = {
         "format": FORMAT,
         "trace": digest(data),
         "readings": readings,
         "target": origin.target,
-        "robot": {"name": origin.robot, "role": str(origin.role), "digest": origin.robot_digest},
+        "robot": of_robot,
         "genome": origin.genome,
         "images": dict(sorted(origin.images.items())),
         "dbc": digest(dbc_text()),
@@ -137,6 +145,9 @@ def _origin(row: Any, where: str) -> Origin:
         raise refused(
             where, "robot", "name, role and digest are wanted, or images has other than text"
         )
+    file = robot.get("file")
+    if file is not None and (not isinstance(file, str) or digest(file) != robot["digest"]):
+        raise refused(where, "robot", "its file is not what its digest says")
     if row["target"] not in TARGETS or row["clock"] not in CLOCKS:
         raise refused(where, "target", f"one of {', '.join(TARGETS)} is wanted, and its clock")
     return Origin(
@@ -149,4 +160,9 @@ def _origin(row: Any, where: str) -> Origin:
         row["seed"],
         row["clock"],
         row["source"],
+        file,
     )
+
+
+def _ships(robot: Robot) -> bool:
+    return robot.name in shipped("robot") and load_robot(robot.name).digest == robot.digest

@@ -121,7 +121,9 @@ def write_trace(path: Path, trace: Trace, robot: Robot, force: bool = False) -> 
         raise TraceError(f"{trace.name}: nothing tells where it comes from; name its robot")
     data = trace_bytes(trace, robot, path.suffix)
     wanted = {path: data}
-    wanted[sidecar_path(path)] = sidecar_text(trace.origin, data, len(trace.samples)).encode()
+    wanted[sidecar_path(path)] = sidecar_text(
+        trace.origin, data, len(trace.samples), robot
+    ).encode()
     if path.suffix == LOG:
         wanted[path.with_name(DBC_FILE)] = dbc_text().encode()
     for one, content in wanted.items():
@@ -139,10 +141,10 @@ def _content(path: Path) -> bytes | None:
         return None
 
 
-def write_beside(path: Path, origin: Origin, readings: int) -> None:
+def write_beside(path: Path, origin: Origin, readings: int, robot: Robot) -> None:
     """Write a sidecar for a file that was made by hand.
 
     Raises:
         StorageError: the disk refuses.
     """
-    write_text(sidecar_path(path), sidecar_text(origin, path.read_bytes(), readings))
+    write_text(sidecar_path(path), sidecar_text(origin, path.read_bytes(), readings, robot))

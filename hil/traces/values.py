@@ -64,6 +64,7 @@ class Origin:
         seed: of what was chosen by chance; None where nothing was.
         clock: `nominal` where all readings are one second apart, `host` for a computer's clock.
         source: how the readings came about, in words and numbers that repeat it.
+        robot_file: content of the robot's file, where it is none that ships; None otherwise.
     """
 
     target: str
@@ -75,6 +76,7 @@ class Origin:
     seed: int | None = None
     clock: str = "nominal"
     source: dict[str, Any] = field(default_factory=dict)
+    robot_file: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

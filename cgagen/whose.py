@@ -15,6 +15,7 @@ from cgagen.build.record import read_record as read_build
 from cgagen.errors import CgagenError, FolderError, GenomeError
 from cgagen.files import digest
 from cgagen.genome import Genome, check_interface
+from cgagen.inputs import BUILD_FILE, read_text
 from cgagen.robot import Arena, Robot, load_robot, shipped
 from cgagen.robot.reader import parse_arena, parse_robot
 from cgagen.run import RunRecord, read_record
@@ -140,13 +141,12 @@ def _build(folder: Path) -> Home | None:
     """Return a build of a predator; a prey's has no genome, and says nothing about one."""
     record, file = read_build(folder), folder / ROBOT_FILE
     try:
-        data, wanted = file.read_bytes(), record["files"][ROBOT_FILE]
-        text = data.decode()
-    except (OSError, KeyError, TypeError, UnicodeDecodeError) as error:
+        text, wanted = read_text(file, BUILD_FILE), record["files"][ROBOT_FILE]
+    except (KeyError, TypeError) as error:
         raise FolderError(
             f"{folder}: {RECORD_FILE} and {ROBOT_FILE} do not fit ({error}); build it again"
         ) from error
-    if digest(data) != wanted:
+    if digest(text) != wanted:
         raise FolderError(
             f"{file}: is not the robot that the folder was built for; put it back, or build the "
             "folder again"

@@ -14,7 +14,8 @@ import click
 
 from cgagen import __version__
 from cgagen.errors import CgagenError, ToolchainError
-from cgagen.verbs.console import Console, with_json
+from cgagen.verbs.console import Console
+from cgagen.verbs.words import Verbs, with_anywhere
 
 VERBS: dict[str, tuple[str, str]] = {
     #  verb       module in cgagen.verbs, what `--help` says
@@ -44,7 +45,7 @@ POSIX_MODULES = frozenset({"fcntl", "grp", "pty", "termios", "tty"})
 POSIX = "Linux or macOS; on Windows, run cgagen in the Windows Subsystem for Linux"
 
 
-class LazyGroup(click.Group):
+class LazyGroup(Verbs):
     """A group that lists its verbs from the table and imports one only to run it."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -61,7 +62,7 @@ class LazyGroup(click.Group):
             raise TypeError(f"{module.__name__}.{cmd_name}_verb is not a command")
         # A docstring with a backslash is raw, so click's mark for "leave these lines" is, too.
         command.help = (command.help or "").replace(r"\b", "\b")
-        return with_json(command)
+        return with_anywhere(command)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the verbs without importing them."""
@@ -70,29 +71,15 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.option("--json", "as_json", is_flag=True, help="Results as JSON on stdout.")
-@click.option("--no-progress", is_flag=True, help="No progress on stderr.")
-@click.option("--no-color", is_flag=True, help="No colours (also: NO_COLOR).")
-@click.option("-v", "--verbose", is_flag=True, help="Say more; show tracebacks.")
-@click.option("-q", "--quiet", is_flag=True, help="Say results only.")
 @click.version_option(__version__, message="cgagen %(version)s")
-@click.pass_context
-def cgagen(
-    context: click.Context,
-    as_json: bool,
-    no_progress: bool,
-    no_color: bool,
-    verbose: bool,
-    quiet: bool,
-) -> None:
-    """From an evolved genome to proven firmware for both Stamps of a hexapod."""
-    context.obj = Console(
-        as_json=as_json,
-        progress=not (no_progress or quiet) and sys.stderr.isatty(),
-        color=not no_color and "NO_COLOR" not in os.environ,
-        verbose=verbose,
-        quiet=quiet,
-    )
+def cgagen() -> None:
+    """From an evolved genome to proven firmware for both Stamps of a hexapod.
+
+    The options below may stand before a verb or behind it. `cgagen VERB --help` has a verb's own.
+    """
+
+
+with_anywhere(cgagen, all_shown=True)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -108,7 +95,12 @@ def main(arguments: list[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else arguments
     verbose = "-v" in words or "--verbose" in words
     try:
-        result = cgagen.main(args=words, prog_name="cgagen", standalone_mode=False)
+        result = cgagen.main(
+            args=words,
+            prog_name="cgagen",
+            standalone_mode=False,
+            obj=Console.of_process(),
+        )
         return result if isinstance(result, int) else 0
     except click.exceptions.Exit as leave:
         return leave.exit_code

@@ -1,12 +1,16 @@
 """From the name of a target to the target."""
 
 from cgagen.errors import RigError
+from cgagen.near import did_you_mean
 from hil.canbus import CanTarget
 from hil.emulated import PinsTarget
 from hil.simulated import SimulatedTarget
 from hil.subject import Subject
 from hil.target import Target
 from hil.wired import SERIAL, SERIAL_RESET, WiredTarget
+
+KINDS = ("simulator", "emulator", SERIAL, SERIAL_RESET, "can")
+"""What the name of a target begins with."""
 
 
 def make_target(url: str, subject: Subject) -> Target:
@@ -31,6 +35,6 @@ def make_target(url: str, subject: Subject) -> Target:
     if kind == "can":
         return CanTarget(url, subject)
     raise RigError(
-        f"{url}: no such target; say simulator, emulator, serial:PORT, serial-reset:PORT or "
-        "can:INTERFACE:CHANNEL"
+        f"{url}: no such target{did_you_mean(kind, KINDS)}; say simulator, emulator, serial:PORT, "
+        "serial-reset:PORT or can:INTERFACE:CHANNEL"
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cgagen.errors import RobotError
 from cgagen.files import digest
+from cgagen.near import did_you_mean
 from cgagen.robot.checks import check_robot
 from cgagen.robot.leg_tables import gait_of, servo_set_of, steps_of
 from cgagen.robot.sensor_tables import FARTHEST_IN, antennas_of, light_of, sonars_of
@@ -82,8 +83,9 @@ def _open(name_or_path: str, what: str) -> tuple[str, str]:
     try:
         return path.name, path.read_bytes().decode("utf-8")
     except OSError as error:
+        meant = did_you_mean(name_or_path, known)
         raise RobotError(
-            f"{name_or_path}: no such {what} ({error.strerror}); "
+            f"{name_or_path}: no such {what} ({error.strerror}){meant}; "
             f"give a file, or one of {', '.join(known)}"
         ) from error
     except UnicodeDecodeError as error:

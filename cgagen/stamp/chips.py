@@ -7,6 +7,7 @@ the tokenizer that the format is known from does not know the BS2px.
 from dataclasses import dataclass
 
 from cgagen.errors import ImageError
+from cgagen.near import did_you_mean
 
 EEPROM_BYTES = 2048
 """Bytes of one program slot, on every model. Ref: S2 p. 459 (addresses 0 to 2047)."""
@@ -73,7 +74,8 @@ def chip(name: str) -> Chip:
         return _BY_NAME[name.strip().lower()]
     except KeyError:
         known = ", ".join(row.name for row in CHIPS)
-        raise ImageError(f"there is no model {name!r}; the models are {known}") from None
+        meant = did_you_mean(name, (row.name for row in CHIPS))
+        raise ImageError(f"there is no model {name!r}{meant}; the models are {known}") from None
 
 
 def chip_of_target(target: int) -> Chip:

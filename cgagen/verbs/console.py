@@ -1,9 +1,11 @@
 """What every verb is given: where results and notes go, and in which form."""
 
 import json
+import os
+import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from dataclasses import dataclass
+from typing import Any, Concatenate, ParamSpec, Self, TypeVar
 
 import click
 
@@ -21,6 +23,7 @@ class Console:
         color: colours may be used.
         verbose: say more.
         quiet: say results only.
+        no_progress: no progress was asked for, not even a line now and then.
     """
 
     as_json: bool = False
@@ -28,6 +31,12 @@ class Console:
     color: bool = True
     verbose: bool = False
     quiet: bool = False
+    no_progress: bool = False
+
+    @classmethod
+    def of_process(cls) -> Self:
+        """Return what holds where no option says anything else."""
+        return cls(progress=sys.stderr.isatty(), color="NO_COLOR" not in os.environ)
 
     def result(self, data: Any, text: str) -> None:
         """Print a result on stdout: `data` with `--json`, otherwise `text`."""
@@ -44,29 +53,3 @@ def with_console(
 ) -> Callable[P, R]:
     """Hand the call's `Console` to a verb as its first argument."""
     return click.pass_obj(function)
-
-
-def with_json(command: click.Command) -> click.Command:
-    """Give a verb, and its own verbs, the global `--json` at its end, too: where one looks first.
-
-    A verb with an option of that name keeps its own.
-    """
-    if isinstance(command, click.Group):
-        for one in command.commands.values():
-            with_json(one)
-    elif not any("--json" in one.opts for one in command.params):
-        command.params.append(
-            click.Option(
-                ["--json"],
-                is_flag=True,
-                expose_value=False,
-                callback=_wants_json,
-                help="The result as JSON on stdout.",
-            )
-        )
-    return command
-
-
-def _wants_json(context: click.Context, _option: click.Parameter, wanted: bool) -> None:
-    if wanted and isinstance(context.obj, Console):
-        context.obj = replace(context.obj, as_json=True)

@@ -8,6 +8,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.environment import TOOLCHAIN
+from cgagen.verbs.words import Words
 
 _UNITS_NS = {"us": 1_000, "ms": 1_000_000, "s": 1_000_000_000, "min": 60_000_000_000}
 
@@ -43,7 +44,7 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
 @click.option("--port", "ports", metavar="PLACE", multiple=True, help=_PORT)
 @click.option(
     "--atn",
-    type=click.Choice(["direct", "capacitor"]),
+    type=Words(["direct", "capacitor"]),
     default="capacitor",
     help="With --port: what makes a reset of DTR.  [default: capacitor]",
 )

@@ -213,8 +213,7 @@ def _make_world(record: "RunRecord", threads: int) -> "World":
 
 def _watched(console: Console, settings: "RunSettings") -> Any:
     """Return the context of an observer for this call."""
-    wanted = not (console.quiet or click.get_current_context().find_root().params["no_progress"])
-    return watch(console, settings.trials, wanted)
+    return watch(console, settings.trials, not (console.quiet or console.no_progress))
 
 
 def _print(console: Console, outcome: "Outcome") -> None:

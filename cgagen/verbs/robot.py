@@ -9,6 +9,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.monitor import PORT_HELP
+from cgagen.verbs.words import Verbs, Words
 from cgagen.words import Movement
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ RESET = click.option("--reset", is_flag=True, help="Reset the Stamp by DTR first
 ROBOT = click.option("--robot", metavar="NAME|FILE", help="Default: the one its banner names.")
 
 
-@click.group("robot")
+@click.group("robot", cls=Verbs)
 def robot_verb() -> None:
     """Work a robot on the bench: centre its servos, walk a movement, read its sensors.
 
@@ -53,7 +54,9 @@ def centre_verb(console: Console, /, port: str, reset: bool) -> None:
 
 
 @robot_verb.command("move")
-@click.argument("movement", type=click.Choice(tuple(Movement), case_sensitive=False))
+@click.argument(
+    "movement", metavar="MOVEMENT", type=Words(tuple(map(str, Movement)), case_sensitive=False)
+)
 @click.option("--cycles", type=click.IntRange(1, 1_000), default=1, show_default=True)
 @PORT
 @RESET

@@ -9,6 +9,7 @@ import click
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.simulate import FIGURE_7, PoseType
 from cgagen.verbs.trace_record import SIDES, asked, check_record, subject_named
+from cgagen.verbs.words import Verbs, Words
 from cgagen.verbs.world_options import world_options
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ LEVELS = ("smoke", "boundary")
 LISTENED_HELP = "a device, id:SERIAL, a URL of pyserial's, emu:BUILD, or auto."
 
 
-@click.group("trace")
+@click.group("trace", cls=Verbs)
 def trace_verb() -> None:
     """Record what a robot has sensed, convert it, and show it.
 
@@ -50,8 +51,8 @@ def trace_verb() -> None:
 @click.option("--predator", type=PoseType(), help=f"Where it starts. Default: {FIGURE_7[0]}")
 @click.option("--prey", type=PoseType(), help=f"Where it starts. Default: {FIGURE_7[1]}")
 @click.option("--steps", type=click.IntRange(1, 100_000), help="Of the episode. Default: 100")
-@click.option("--of", "side", type=click.Choice(SIDES), help="Whose readings. Default: predator")
-@click.option("--level", type=click.Choice(LEVELS), help="The readings of a level of verify.")
+@click.option("--of", "side", type=Words(SIDES), help="Whose readings. Default: predator")
+@click.option("--level", type=Words(LEVELS), help="The readings of a level of verify.")
 @click.option("--seed", type=int, default=1, show_default=True, help="With --level.")
 @click.option("--from", "other", type=FILE, metavar="TRACE", help="The readings of a trace.")
 @click.option("--sweep", is_flag=True, help="Each sensor from near to far, one after the other.")

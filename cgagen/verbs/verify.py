@@ -10,6 +10,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.verify_text import data_of, text_of
+from cgagen.verbs.words import Words
 
 if TYPE_CHECKING:
     from hil.outcome import Report
@@ -42,7 +43,7 @@ LEVELS = ("smoke", "boundary", "exhaustive")
     help="The locomotion controller, serial:PORT or serial-reset:PORT: the robot walks each "
     "movement once.",
 )
-@click.option("--level", type=click.Choice(LEVELS), default=LEVELS[0], show_default=True)
+@click.option("--level", type=Words(LEVELS), default=LEVELS[0], show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="For what chance chooses.")
 @click.option(
     "--reading",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from cgagen.verbs.robot_choice import left_out_text
+from cgagen.verbs.words import Words
 
 if TYPE_CHECKING:
     from cgagen.genome import Genome
@@ -26,9 +27,9 @@ _PLAYERS = (
 _OPEN_POINTS = (
     click.option("--hold/--go-on", default=None, help="After a capture: stay, or go on hunting."),
     click.option("--masking/--no-masking", default=None, help="Ignore sonars facing the target."),
-    click.option("--light", type=click.Choice(["dark", "ambient"]), help="How far the lamp shows."),
+    click.option("--light", type=Words(["dark", "ambient"]), help="How far the lamp shows."),
     click.option("--prey-policy", metavar="NAME", help="A policy of the opponent's file."),
-    click.option("--walls", type=click.Choice(["slide", "stop"]), help="What a wall does."),
+    click.option("--walls", type=Words(["slide", "stop"]), help="What a wall does."),
 )
 
 

@@ -152,7 +152,7 @@ def modules(**names: str) -> Identify:
         ({"a": "BS2"}, r"no port has the BS2p of the main controller \(a: BS2\); name both"),
         ({"a": "BS2p", "b": "none"}, r"no port has the BS2 of .*b: nothing comes back"),
         ({"a": "BS2p", "b": "BS2p", "c": "BS2"}, r"more than one port has the BS2p of the main"),
-        ({}, r"no port has the BS2p of the main controller \(there are no ports\)"),
+        ({}, r"no port has the BS2p of the main controller \(there is no USB adapter\)"),
     ],
 )
 def test_ports_that_do_not_fit_a_robot(names: dict[str, str], words: str) -> None:

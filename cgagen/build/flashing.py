@@ -31,7 +31,7 @@ def flash_build(
     Args:
         folder: a build.
         named: port by chip, "main" or "locomotion", as `choose_port` has them; a chip that is
-            not named is left alone. Empty: the ports of this machine are asked.
+            not named is left alone. Empty: the USB adapters are asked.
         verify: read back what was sent; see `cgagen.flash`.
         progress: told of every packet.
 
@@ -87,7 +87,7 @@ def assign(
     Args:
         images: by chip.
         named: ports that the user has named, by chip.
-        candidates: ports to ask where none is named; None for those of this machine.
+        candidates: ports to ask where none is named; None for the USB adapters.
         identify: what asks.
 
     Raises:
@@ -100,7 +100,7 @@ def assign(
         for chip, port in chosen.items():
             _refuse_other(chip, images[chip], port, identify(port, (images[chip].model,)))
         return chosen
-    names = candidates if candidates is not None else _usb_first()
+    names = candidates if candidates is not None else _on_usb()
     likely = tuple(image.model for image in images.values())
     seen: dict[str, str] = {}
     modules: dict[str, Module] = {}
@@ -113,11 +113,9 @@ def assign(
     return {chip: _only(chip, image, modules, seen) for chip, image in images.items()}
 
 
-def _usb_first() -> list[str]:
-    ports = all_ports()
-    return [port.device for port in ports if port.vendor is not None] or [
-        port.device for port in ports
-    ]
+def _on_usb() -> list[str]:
+    """Return the ports that are asked without having been named."""
+    return [port.device for port in all_ports() if port.vendor is not None]
 
 
 def _only(chip: str, image: Image, modules: Mapping[str, Module], seen: Mapping[str, str]) -> str:
@@ -125,7 +123,7 @@ def _only(chip: str, image: Image, modules: Mapping[str, Module], seen: Mapping[
     if len(found) == 1:
         return found[0]
     what = "more than one port has" if found else "no port has"
-    facts = "; ".join(f"{name}: {text}" for name, text in seen.items()) or "there are no ports"
+    facts = "; ".join(f"{name}: {text}" for name, text in seen.items()) or "there is no USB adapter"
     raise RigError(
         f"{what} the {image.model.name} of the {chip} controller ({facts}); name both ports with "
         "--main and --locomotion"

@@ -114,18 +114,23 @@ def choose_port(
 
 
 def _the_only(known: Sequence[PortInfo], answers: Answers | None) -> str:
-    candidates = [port for port in known if port.vendor is not None] or list(known)
+    """Return the only adapter on USB; what else there is has to be named.
+
+    A port of the board itself is there on most machines, with nothing behind it or something that
+    is none of ours.
+    """
+    candidates = [port for port in known if port.vendor is not None]
     if answers is not None and len(candidates) > 1:
         candidates = [port for port in candidates if answers(port.device)]
     if len(candidates) == 1:
         return candidates[0].device
     what = "answers" if answers is not None else "could be meant"
     if not candidates:
-        raise RigError(
-            f"auto: no port {what if answers is not None else 'is there'}; {_listed(known)}"
-        )
+        there = what if answers is not None else "is there"
+        name_it = "; name one with --port" if known else ""
+        raise RigError(f"auto: no USB adapter {there}; {_listed(known)}{name_it}")
     names = ", ".join(port.device for port in candidates)
-    raise RigError(f"auto: more than one port {what} ({names}); name one with --port")
+    raise RigError(f"auto: more than one USB adapter {what} ({names}); name one with --port")
 
 
 def _listed(known: Iterable[PortInfo]) -> str:

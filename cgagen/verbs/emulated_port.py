@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from cgagen.build.record import ROBOT_FILE
 from cgagen.emulator.programs import bench_of_image
 from cgagen.errors import RigError
 from cgagen.link.ports import choose_port
@@ -45,6 +46,12 @@ def named_port(name: str, chip: str, realtime: bool = False) -> Iterator[str]:
     bench = robot_bench(subject.robot, subject.images)
     with serve(bench, {chip: "rfc2217:0"}, realtime=realtime) as server:
         yield server.url
+
+
+def robot_behind(name: str) -> str | None:
+    """Return the robot file of an emulated robot; None for a port whose robot nobody knows."""
+    kind, _, folder = name.partition(":")
+    return str(Path(folder) / ROBOT_FILE) if kind == EMULATED and folder else None
 
 
 @contextmanager

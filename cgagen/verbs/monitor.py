@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,9 @@ from cgagen.verbs.emulate import TimeType
 PORT_HELP = (
     "A device, id:SERIAL, a URL of pyserial's, emu:BUILD (emulated), or auto: the only USB adapter."
 )
+
+LONGEST_LINE = 4_096
+"""Characters of the chip's without a CR that become an object of JSON all the same. Choice."""
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
@@ -39,15 +42,21 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
     On a terminal the control codes of DEBUG are rendered; otherwise stdout gets the bytes. The
     wiring sends back what is typed; that is left out. Ctrl-C, or the end of --for, ends it.
 
+    With --json, each line of the chip's is an object: `time_s` since the start, `text` (a character
+    a byte), and `ended`, which is false where no CR was behind it.
+
     With --decode, lines of our firmware are shown in words: readings in inches, situations,
     movements and faults.
     """
-    from cgagen.verbs.emulated_port import EMULATED, named_port
+    from cgagen.verbs.emulated_port import EMULATED, named_port, robot_behind
 
     if given["robot"] and not given["decode"]:
         raise click.UsageError("--robot is for --decode; give both")
     if given["decode"] and (given["raw"] or (given["timestamps"] and console.as_json)):
         raise click.UsageError("--decode is lines in words; leave out --raw, and --timestamps")
+    if console.as_json and given["raw"]:
+        raise click.UsageError("--raw is bytes, and --json a line of JSON for each line; drop one")
+    given["robot"] = given["robot"] or robot_behind(port)
     # What an emulated robot says while its port is being opened is lost; so it is switched on then.
     given["reset"] |= port.startswith(EMULATED)
     with named_port(port, "main", realtime=True) as name:
@@ -61,13 +70,20 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
     from cgagen.verbs.keyboard import from_stdin, from_text
 
     began_s = time.monotonic()
-    sinks = [_shown(console, given, lambda: time.monotonic() - began_s)]
+    stack = ExitStack()
+    sinks = [_shown(console, given, lambda: time.monotonic() - began_s, stack)]
     text = given["text"]
     more = from_stdin(True, lambda: None) if text in (None, "-") else from_text(text)
     # The log comes second: a port that does not open costs nobody an older log.
-    with locked_port(port, given["baud"]) as wire, _log(given["log"], given["force"]) as log:
-        listener = Listener(port, wire, [*sinks, *log], console.note)
+    with (
+        stack,
+        locked_port(port, given["baud"]) as wire,
+        _log(given["log"], given["force"]) as log,
+    ):
         limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
+        ends = "" if limit_s is None else f", or --for after {limit_s:g} s"
+        console.note(f"{port}: listening at {given['baud']} baud; Ctrl-C ends it{ends}")
+        listener = Listener(port, wire, [*sinks, *log], console.note)
         try:
             if given["reset"]:
                 reset_by_dtr(port, wire)
@@ -82,11 +98,15 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
 
 
 def _shown(
-    console: Console, given: dict[str, Any], now_s: Callable[[], float]
+    console: Console, given: dict[str, Any], now_s: Callable[[], float], stack: ExitStack
 ) -> Callable[[bytes], Any]:
-    """Return what puts the chip's bytes on stdout."""
+    """Return what puts the chip's bytes on stdout; what is left at the end, the stack does."""
     if given["decode"]:
         return _decoded(console, given, now_s)
+    if console.as_json:
+        lines = JsonLines(console, now_s)
+        stack.callback(lines.close)
+        return lines.write
     if given["raw"] or not (sys.stdout.isatty() or given["timestamps"]):
         stream = sys.stdout.buffer
 
@@ -106,6 +126,44 @@ def _shown(
         sys.stdout.flush()
 
     return rendered
+
+
+class JsonLines:
+    """Writes an object for each line that a chip sends.
+
+    Args:
+        console: where to.
+        now_s: seconds since the start.
+    """
+
+    def __init__(self, console: Console, now_s: Callable[[], float]) -> None:
+        self._console = console
+        self._now_s = now_s
+        self._begun_s: float | None = None
+        self._text = ""
+
+    def write(self, data: bytes) -> None:
+        """Take the next bytes."""
+        for one in data.decode("latin-1"):
+            if self._begun_s is None:
+                self._begun_s = self._now_s()
+            if one == "\r":
+                self._say(True)
+            else:
+                self._text += one
+                if len(self._text) == LONGEST_LINE:
+                    self._say(False)
+        sys.stdout.flush()
+
+    def close(self) -> None:
+        """Write what has come without an end."""
+        if self._text:
+            self._say(False)
+
+    def _say(self, ended: bool) -> None:
+        time_s = round(self._begun_s or 0.0, 6)
+        self._console.result({"time_s": time_s, "text": self._text, "ended": ended}, "")
+        self._begun_s, self._text = None, ""
 
 
 def _stamped(now_s: Callable[[], float]) -> Callable[[bytes], None]:

@@ -69,9 +69,11 @@ def move_verb(
 
     Mark the place before, and measure: a line for `cgagen calibrate` is printed.
     """
+    from cgagen.verbs.emulated_port import robot_behind
+
     with _hook(port, reset) as hook:
         banner = _locomotion(hook)
-        command = _command(movement, banner, robot)
+        command = _command(movement, banner, robot or robot_behind(port))
         for cycle in range(1, cycles + 1):
             console.note(f"{movement}: cycle {cycle} of {cycles}")
             hook.move(command)
@@ -106,12 +108,14 @@ def sensors_verb(console: Console, /, port: str, robot: str | None, **given: Any
     from cgagen.monitor import Decoder
     from cgagen.monitor.readings import Readings, decisions, sensor_names
     from cgagen.robot import load_robot
+    from cgagen.verbs.emulated_port import robot_behind
 
     recorded = (given["sensor"], given["distance"], given["table"])
     if any(one is not None for one in recorded) and None in recorded:
         raise click.UsageError("--sensor, --distance and --table belong together; give all three")
     limit = given["readings"] or (TABLE_READINGS if given["table"] else None)
-    decoder = Decoder(load_robot(robot) if robot else None)
+    named = robot or robot_behind(port)
+    decoder = Decoder(load_robot(named) if named else None)
     found: Readings | None = None
     with _port(port, given["reset"]) as (name, wire):
         try:

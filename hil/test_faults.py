@@ -18,7 +18,7 @@ AHEAD = Stimulus((1_000, 9_000, 9_000), lights=(0, 0))
 LIT_AHEAD = Stimulus((1_000, 9_000, 9_000), lights=(200, 200))
 """The prey before it."""
 
-OPEN = Stimulus((23_124,) * 3, lights=(0, 0))
+OPEN = Stimulus((24_665,) * 3, lights=(0, 0))
 
 
 def gene(state: int) -> int:
@@ -63,6 +63,37 @@ def test_a_dead_sonar_sees_nothing_and_says_so() -> None:
     assert decided(lone) == (0, gene(0))
     assert lone.player.said is not None
     assert lone.player.said.stimulus.sonars == (0, 9_000, 9_000)
+    assert fired(lone)[0] >= 1
+
+
+STUCK = 'kind = "stuck_echo"\npart = "sonar_{}"'
+
+
+def test_a_stuck_sonar_is_an_obstacle_for_ever_and_its_telemetry_shows_it() -> None:
+    """0.85 ms are 5.8 in, whatever is there: the genome's answer to a wall ahead, each time."""
+    near = state_of(Situation.NEAR_FRONT, Situation.NO)
+    lone = faulty(OPEN, STUCK.format("front"))
+    counts = set()
+    for _ in range(3):
+        assert decided(lone) == (near, gene(near))
+        assert lone.player.said is not None
+        counts.add(lone.player.said.stimulus.sonars[0])
+    assert counts == {850_000 // subject("predator").robot.main.pulsin_unit_ns}
+    assert fired(lone)[0] >= 3
+
+
+def test_a_stuck_sonar_beside_the_prey_is_masked_by_its_light() -> None:
+    """Where the lamp is, the sonar is not believed; the fault is then not noticed."""
+    lone = faulty(Stimulus((9_000,) * 3, lights=(200, 200)), STUCK.format("front"))
+    assert decided(lone)[0] == state_of(Situation.NO, Situation.NEAR_FRONT)
+    assert fired(lone)[0] >= 1
+
+
+@pytest.mark.parametrize("place", range(6))
+def test_a_stuck_sonar_keeps_the_prey_from_resting(place: int) -> None:
+    robot = subject("prey").robot
+    lone = faulty(Stimulus((24_665,) * 6), STUCK.format(robot.sonars[place].name), name="prey")
+    assert decided(lone)[0] == 1 + place
     assert fired(lone)[0] >= 1
 
 

@@ -28,11 +28,11 @@ def test_the_predator_sees_what_its_parts_show() -> None:
     bench.part("light_left", Photocell).drain(middle_ns(612, 750))
     bench.run(3 * S)
     (seen, *_) = decisions(bench)
-    # 20 in are 20 x 2 x 73.746 us; nothing in view of the third is 18.5 ms; dark is 0.
+    # 20 in are 20 x 2 x 73.746 us; nothing in view of the third is 20 ms (S10); dark is 0.
     assert seen | {"S": 0, "C": 0} == {
         "F": 4321,
         "R": int(20 * 2 * 73.746 / 0.75),
-        "L": 24_666,
+        "L": 26_666,
         "LL": 612,
         "LR": 0,
         "AL": 0,

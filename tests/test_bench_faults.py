@@ -18,7 +18,7 @@ def test_a_silent_sonar_counts_zero() -> None:
     bench = robot_bench("predator", '\n[fault.f]\nkind = "no_echo"\npart = "sonar_front"\n')
     bench.run(3 * S)
     assert decisions(bench)[0]["F"] == 0
-    assert decisions(bench)[0]["R"] == 24_666
+    assert decisions(bench)[0]["R"] == 26_666
     assert bench.part("f", Fault).first_ns is not None
 
 
@@ -30,7 +30,7 @@ def test_an_echo_that_comes_too_late_is_none() -> None:
         '[fault.g]\nkind = "late_echo"\npart = "sonar_right"\nlate_us = 3000\n',
     )
     bench.run(3 * S)
-    assert (decisions(bench)[0]["F"], decisions(bench)[0]["R"]) == (0, 24_666)
+    assert (decisions(bench)[0]["F"], decisions(bench)[0]["R"]) == (0, 26_666)
     assert fired(bench) == {"f": True, "g": True}
 
 
@@ -69,8 +69,8 @@ def test_noise_on_a_sonar_shortens_its_echo() -> None:
         '\n[fault.f]\nkind = "noise"\nend = "main.P4"\nevery_us = 3000\nwidth_us = 20\n',
     )
     bench.run(3 * S)
-    assert 0 < decisions(bench)[0]["F"] < 24_666
-    assert decisions(bench)[0]["R"] == 24_666
+    assert 0 < decisions(bench)[0]["F"] < 26_666
+    assert decisions(bench)[0]["R"] == 26_666
     assert bench.part("f", Fault).fired > 500
 
 

@@ -210,6 +210,7 @@ NEEDED = {
     "photocell": "capacitor_uf = 1",
     "late_echo": 'part = "s"\nlate_us = 1',
     "no_echo": 'part = "s"',
+    "stuck_echo": 'part = "s"',
     "stuck": 'end = "main.P4"\nlevel = 1',
     "open": 'end = "main.P4"',
     "short": 'wire = "w"\nlevel = 1',

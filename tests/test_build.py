@@ -12,11 +12,13 @@ import pytest
 
 from cgagen import cli
 from cgagen.build import FILES, Build, make_build, read_image, read_record, write_build
+from cgagen.build.bench import bench_text
 from cgagen.build.wiring import wiring_text
 from cgagen.errors import BudgetError, FolderError, GenomeError, SourceError, StorageError
 from cgagen.files import digest
 from cgagen.genome import Genome, load, to_text
 from cgagen.robot import load_robot
+from cgagen.robot.reader import parse_robot
 from cgagen.tokenizer import Tokenizer
 from tests.firmware_cases import CASES, GENOME, genome_of, robot_of
 
@@ -111,9 +113,30 @@ def test_the_wiring_names_every_pin_and_part(case: str) -> None:
         assert words in locomotion
 
 
-@pytest.mark.parametrize(("case", "warned"), [("predator-srf04", 0), ("predator-srf04-bs2", 1)])
-def test_the_wiring_warns_of_echoes_that_come_too_early(case: str, warned: int) -> None:
-    assert wiring_text(robot_of(case)).count("An SRF04 on a BS2 is measured from behind") == warned
+@pytest.mark.parametrize(
+    ("case", "grounded"),
+    [("predator", []), ("predator-srf04", []), ("predator-srf04-bs2", ["front", "right", "left"])],
+)
+def test_the_wiring_names_the_sonars_whose_mode_pin_is_grounded(
+    case: str, grounded: list[str]
+) -> None:
+    """S8 p. 6: a BS2 may miss the beginning of the echo, and the mode pin puts that off."""
+    robot = robot_of(case)
+    text = wiring_text(robot)
+    assert ("SRF04 front, right, left: the fifth pin" in text) == bool(grounded)
+    parts = tomllib.loads(bench_text(robot))["part"]
+    made = [one.name for one in robot.sonars if parts[f"sonar_{one.name}"].get("mode_grounded")]
+    assert made == grounded
+
+
+def test_an_old_srf04_has_its_mode_pin_open_and_the_wiring_says_what_that_means() -> None:
+    kind = 'kind = "srf04"'
+    text = CASES["predator-srf04-bs2"].replace(kind, f'{kind}\nmode = "open"', 1)
+    assert "on low" not in wiring_text(robot_of("predator-srf04-bs2"))
+    robot = parse_robot(text, "old.toml")
+    note = " ".join(wiring_text(robot).split())
+    assert "SRF04 right, left: the fifth pin" in note
+    assert "with its mode pin open on a BS2 is only just in time, on low pins (S8)" in note
 
 
 def test_a_genome_for_other_sensors_is_refused(tokenizer: Tokenizer) -> None:

@@ -32,7 +32,6 @@ from tests.firmware_cases import (
     labels,
     robot_of,
     source,
-    with_model,
 )
 
 
@@ -154,12 +153,6 @@ def test_a_movement_shorter_than_go_is_refused() -> None:
     text = changed(PREY, ("hold_frames = 32", "hold_frames = 3"))
     with pytest.raises(RobotError, match=r"movement.WAIT\] hold_frames: .* at least 13 frames"):
         generate(parse_robot(text, "hasty.toml"))
-
-
-def test_a_slow_chip_that_cannot_count_an_echo_alike_is_refused() -> None:
-    text = with_model(CASES["predator-srf04"], "main", "BS2", 2000, rctime_ns=1900)
-    with pytest.raises(RobotError, match="rctime_unit_ns: a BS2 reads an SRF04 by RCTIME"):
-        generate(parse_robot(text, "odd.toml"), GENOME)
 
 
 def test_a_robot_with_any_name_gets_a_banner() -> None:

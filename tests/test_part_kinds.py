@@ -8,6 +8,7 @@ from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_file import parse_bench
 from cgagen.emulator.parts.fault import Fault
 from cgagen.emulator.parts.photocell import Photocell
+from cgagen.emulator.parts.probe import Probe
 from cgagen.emulator.parts.servo import Servo
 from cgagen.emulator.parts.signal import Signal
 from cgagen.emulator.parts.uart import Uart
@@ -116,3 +117,27 @@ def test_noise_has_its_seed() -> None:
         bench.run(MS)
         times.append(bench.part("n", Fault).first_ns)
     assert times[0] == times[1] != times[2]
+
+
+def test_sonars_have_their_silence_their_mode_and_their_fault() -> None:
+    bench = bench_of(
+        '[part.ping]\nkind = "ping"\nsilence_us = 5000\ndrift_us = 700\n'
+        '[part.near]\nkind = "ping"\n[part.srf]\nkind = "srf04"\n'
+        "mode_grounded = true\necho_us = 900\n"
+        '[part.hand]\nkind = "signal"\nlevel = 0\nchanges = [[1, 1], [1.02, 0]]\n'
+        '[part.hand2]\nkind = "signal"\nlevel = 0\nchanges = [[1, 1], [1.02, 0], [1.03, -1]]\n'
+        '[part.hand3]\nkind = "signal"\nlevel = 0\nchanges = [[1, 1], [1.02, 0], [1.03, -1]]\n'
+        '[part.p1]\nkind = "probe"\n[part.p2]\nkind = "probe"\n[part.p3]\nkind = "probe"\n'
+        '[wire.a]\nends = ["hand.output", "srf.trigger"]\n'
+        '[wire.b]\nends = ["srf.echo", "p1.signal"]\n'
+        '[wire.c]\nends = ["ping.signal", "hand2.output", "p2.signal"]\n'
+        '[wire.d]\nends = ["near.signal", "hand3.output", "p3.signal"]\n'
+        '[fault.f]\nkind = "stuck_echo"\npart = "near"\n'
+    )
+    bench.run(40 * MS)
+    echoes = [bench.part(name, Probe).pulses()[-1] for name in ("p1", "p2", "p3")]
+    assert [(one.start_ns, one.width_ns) for one in echoes] == [
+        (1_620_000, 900_000),
+        (1_770_000, 5_000_000),
+        (1_770_000, 850_000),
+    ]

@@ -6,7 +6,7 @@ from cgagen.emulator.clock import Clock
 from cgagen.emulator.parts.ping import Ping
 from cgagen.emulator.parts.probe import Probe
 from cgagen.emulator.parts.sonar import middle_ns
-from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho
+from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho, StuckEcho
 from cgagen.emulator.parts.srf04 import Srf04
 from cgagen.emulator.wires import Wire
 from cgagen.errors import ContentionError
@@ -49,8 +49,8 @@ class PingBench:
         (10, 1474.92),  # 2 x 10 x 73.746
         (100, 14_749.2),
         (0.1, 115),  # the shortest that it gives
-        (150, 18_500),  # the longest
-        (None, 18_500),
+        (150, 20_000),  # the longest
+        (None, 20_000),
     ],
 )
 def test_the_echo_is_as_long_as_the_sound_is_on_its_way(
@@ -137,10 +137,10 @@ def test_a_late_echo_has_its_width() -> None:
 class SrfBench:
     """An SRF04 and a hand that triggers it."""
 
-    def __init__(self) -> None:
+    def __init__(self, mode_grounded: bool = False) -> None:
         self.clock = Clock()
         self.trigger_wire, self.echo_wire = Wire("trigger"), Wire("echo")
-        self.srf = Srf04("front", self.clock, self.trigger_wire, self.echo_wire)
+        self.srf = Srf04("front", self.clock, self.trigger_wire, self.echo_wire, mode_grounded)
         self.probe = Probe("probe", self.clock, self.echo_wire)
 
     def trigger(self, width_ns: int = 10 * US) -> int:
@@ -175,6 +175,51 @@ def test_an_srf04_wants_ten_microseconds_and_ten_milliseconds() -> None:
     bench.clock.run_until(ended_ns + 300 * US + 1 * MS + 10 * MS + 1)
     bench.trigger()
     assert bench.srf.triggers == 2
+
+
+def test_a_grounded_mode_pin_puts_the_echo_off_by_300_us() -> None:
+    """S8 p. 6; the range stays."""
+    bench = SrfBench(mode_grounded=True)
+    bench.srf.see(10)
+    ended_ns = bench.trigger()
+    bench.clock.run_until(ended_ns + 50 * MS)
+    (echo,) = bench.probe.pulses()
+    assert (echo.start_ns - ended_ns, echo.width_ns) == (600 * US, 1_474_920)
+
+
+def test_a_stuck_sonar_hears_nothing_that_is_farther() -> None:
+    """Three owners: 422 to 428 counts of 2 us for everything beyond 14 or 15 cm."""
+    bench = PingBench()
+    fault = StuckEcho("stuck", bench.clock, bench.ping, 850 * US, until_ns=100 * MS)
+    for distance_in, width_ns in ((None, 850_000), (40, 850_000), (3, 442_476)):
+        bench.ping.see(distance_in)
+        assert bench.echo() == (750 * US, width_ns)
+    assert fault.fired == 2
+    bench.clock.run_until(100 * MS)
+    bench.ping.see(None)
+    assert bench.echo() == (750 * US, 20 * MS)
+
+
+def test_a_silence_wanders_and_a_target_does_not() -> None:
+    """S10 (119926): 9,991 to 10,005 counts of a BS2 within a day's warming."""
+    bench = PingBench()
+    bench.ping.hear_nothing(19_982 * US, 28 * US)
+    widths = []
+    for _ in range(9):
+        answer = bench.echo()
+        assert answer is not None
+        widths.append(answer[1])
+    assert widths == [*(19_982_000 + 4_000 * step for step in range(8)), 19_982_000]
+    bench.ping.see(10)
+    assert [bench.echo(), bench.echo()] == [(750 * US, 1_474_920)] * 2
+
+
+def test_what_is_too_far_is_not_heard() -> None:
+    """18.5 ms are 125.4 in (S6)."""
+    bench = PingBench()
+    for distance_in, width_ns in ((125.4, 18_495_497), (125.5, 20_000_000)):
+        bench.ping.see(distance_in)
+        assert bench.echo() == (750 * US, width_ns)
 
 
 def test_two_faults_of_one_sonar_add_up() -> None:

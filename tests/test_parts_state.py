@@ -12,7 +12,7 @@ from cgagen.emulator.parts.ping import Ping
 from cgagen.emulator.parts.probe import Probe
 from cgagen.emulator.parts.servo import Servo
 from cgagen.emulator.parts.signal import Signal
-from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho
+from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho, StuckEcho
 from cgagen.emulator.parts.srf04 import Srf04
 from cgagen.emulator.parts.uart import Uart
 from cgagen.emulator.parts.whisker import Whisker
@@ -73,9 +73,16 @@ def _uart(small: Small) -> list[Part]:
     return [uart]
 
 
+def _stuck(small: Small) -> list[Part]:
+    ping = Ping("ping", small.clock, small.lead)
+    ping.hear_nothing(6 * MS, 7_000)
+    return [ping, StuckEcho("stuck_echo", small.clock, ping, 3 * MS, 9 * MS, 20 * MS)]
+
+
 MAKERS: dict[str, Callable[[Small], list[Part]]] = {
     "ping": lambda small: [Ping("p", small.clock, small.lead)],
     "late": _late,
+    "stuck_echo": _stuck,
     "srf04": _dead,
     "whisker": lambda small: [Whisker("w", small.clock, small.lead)],
     "photocell": _cell,

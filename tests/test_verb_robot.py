@@ -154,15 +154,15 @@ def test_sensors_are_shown_and_become_a_table(
     assert main(["--json", *words, "--distance", "125.4", "--readings", "2"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["decisions"] == 2
-    assert data["sensors"]["front"] == {"low": 24666, "mean": 24666.0, "high": 24666, "readings": 2}
+    assert data["sensors"]["front"] == {"low": 26666, "mean": 26666.0, "high": 26666, "readings": 2}
     assert data["sensors"]["light_left"]["high"] == 0
     assert main([*words, "--distance", "20", "--readings", "1"]) == 0
     out, err = capsys.readouterr()
-    assert "front            24666   24666.0   24666" in out
+    assert "front            26666   26666.0   26666" in out
     assert "front nothing" in err
     measured = read_measurements(load_robot("servobot-predator"), {"t": table.read_text()})
     assert [mark[1:] for mark in measured.sonars["front"]] == [
-        *((125.4, 24666), (125.4, 24666), (20.0, 24666))
+        *((125.4, 26666), (125.4, 26666), (20.0, 26666))
     ]
 
 

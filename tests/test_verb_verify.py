@@ -16,6 +16,7 @@ from cgagen.serve import serve
 from cgagen.tokenizer import Tokenizer
 from hil.emulated import robot_bench
 from hil.subject import read_subject
+from tests.firmware_cases import PREDATOR, srf04, with_model
 from tests.subjects import FIRMWARE
 
 GENOME = str(FIRMWARE / "reference.genome")
@@ -51,6 +52,21 @@ def test_a_prey_passes_without_a_genome() -> None:
     code, data = verify("--robot", "servobot-prey", "--reading", "100,0,0,0,0,0/--")
     assert (code, data["verdict"]) == (0, "PASS")
     assert data["trials"]["table"]["tried"].keys() == {str(state) for state in range(11)}
+
+
+@pytest.mark.parametrize(("mode", "code"), [("ground", 0), ("open", 9)])
+def test_srf04s_on_a_bs2_pass_when_their_mode_pins_are_grounded(
+    mode: str, code: int, tmp_path: Path
+) -> None:
+    """An open one lets the echo begin before PULSIN looks, on all but the lowest pins."""
+    robot, folder = tmp_path / "slow.toml", str(tmp_path / "build")
+    text = srf04(PREDATOR, {4: (12, 4), 5: (13, 5), 6: (14, 6)})
+    text = text.replace('kind = "srf04"', f'kind = "srf04"\nmode = "{mode}"')
+    robot.write_text(with_model(text, "main", "BS2", 2000), "utf-8")
+    assert call("build", GENOME, "--robot", str(robot), "-o", folder).exit_code == 0
+    words = (GENOME, "--robot", str(robot), "--build", folder, "--reading", "368,900,0/--/0,0")
+    found, data = verify(*words)
+    assert (found, data["trials"]["emulator"]["verdict"]) == (code, "FAIL" if code else "PASS")
 
 
 def test_a_hand_edited_source_fails_with_a_reading_and_a_line(build: Path) -> None:

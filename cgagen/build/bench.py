@@ -30,7 +30,7 @@ def bench_text(robot: Robot) -> str:
         *_link(robot),
     ]
     for sonar in robot.sonars:
-        blocks += _sonar(sonar)
+        blocks += _sonar(robot, sonar)
     for antenna in robot.antennas:
         blocks += _part(f"antenna_{antenna.name}", "whisker", {"signal": f"main.P{antenna.pin}"})
     if robot.light:
@@ -63,10 +63,11 @@ def _link(robot: Robot) -> Iterator[list[str]]:
         yield _wire("step", [f"main.P{line.main_pin}", f"locomotion.P{line.locomotion_pin}"], "up")
 
 
-def _sonar(sonar: Sonar) -> Iterator[list[str]]:
+def _sonar(robot: Robot, sonar: Sonar) -> Iterator[list[str]]:
     leads = ("signal",) if len(sonar.pins) == 1 else ("trigger", "echo")
     pins = {lead: f"main.P{pin}" for lead, pin in zip(leads, sonar.pins, strict=True)}
-    return _part(f"sonar_{sonar.name}", sonar.kind, pins)
+    grounded = ["mode_grounded = true"] if robot.grounds_mode(sonar) else None
+    return _part(f"sonar_{sonar.name}", sonar.kind, pins, grounded)
 
 
 def _servo(robot: Robot, servo: Servo) -> Iterator[list[str]]:

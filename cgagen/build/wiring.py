@@ -3,9 +3,8 @@
 import textwrap
 
 from cgagen.firmware.columns import plain
-from cgagen.firmware.main_words import is_late
 from cgagen.firmware.pins import PinUse, locomotion_pins, main_pins
-from cgagen.robot.values import Robot
+from cgagen.robot.values import SLOW_MODELS, Robot
 
 _WIDTH = 100
 
@@ -68,11 +67,18 @@ def _notes(robot: Robot) -> list[str]:
         notes.append("PING))): +5 V, ground and SIG; 35 mA at most each (S6).")
     if "srf04" in kinds:
         notes.append("SRF04: +5 V, ground, trigger and echo; 50 mA at most each (S8).")
-    if any(is_late(robot, sonar) for sonar in robot.sonars):
+    grounded = [sonar.name for sonar in robot.sonars if robot.grounds_mode(sonar)]
+    if grounded:
         notes.append(
-            f"An SRF04 on a {robot.main.model} is measured from behind the beginning of its echo, "
-            "so everything looks some 0.5 in nearer than it is, and a dead sonar looks like a "
-            "wall; `cgagen verify` fails for that. A BS2p, BS2sx or BS2pe measures it whole."
+            f"SRF04 {', '.join(plain(name.replace('_', ' ')) for name in grounded)}: the fifth pin "
+            '(mode, "do not connect") goes to ground before it is switched on; the echo then '
+            f"begins 300 us later, so that a {robot.main.model} sees it begin. Parts made before "
+            'the end of April 2003 have no such mode (S8): for them say mode = "open" in the robot\'s file.'
+        )
+    if any(sonar.mode == "open" and robot.main.model in SLOW_MODELS for sonar in robot.sonars):
+        notes.append(
+            f"An SRF04 with its mode pin open on a {robot.main.model} is only just in time, on low "
+            "pins (S8). Where `cgagen verify` says that it is not, ground the mode pin."
         )
     notes.append(
         "The programming port of each Stamp is its own four-pin serial connection (SOUT, SIN, ATN, "

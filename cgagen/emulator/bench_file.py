@@ -31,8 +31,9 @@ of `cgagen.emulator.timing`. A chip's ends are P0 to P15, SIN and SOUT. Times be
 
 The kinds of parts, with their ends and their settings::
 
-    ping       signal            distance_in or echo_us; without, nothing is in sight
-    srf04      trigger echo      likewise: distance_in, echo_us
+    ping       signal            distance_in or echo_us; without, nothing is heard, for
+                                 silence_us (20000), up to drift_us (0) longer
+    srf04      trigger echo      likewise: distance_in, echo_us; mode_grounded (false)
     whisker    signal            touched (false); a push-button to ground is the same
     photocell  signal            capacitor_uf; resistance_ohm or drain_us, without, it is dark
     servo      signal            centre_us (1500) us_per_deg (10) deg_per_s (300) angle_deg (0)
@@ -46,6 +47,7 @@ The kinds of faults; each comes at from_ms (0) and goes at until_ms (never)::
 
     no_echo    part              a sonar stays silent
     late_echo  part late_us      its echo begins later
+    stuck_echo part echo_us      farther things are heard at echo_us (850)
     stuck      end level         a pin reads one level, and nothing comes out of it
     open       end               the wire is broken there
     short      wire level        to ground or to the supply

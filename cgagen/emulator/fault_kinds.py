@@ -7,7 +7,7 @@ from cgagen.emulator.bench_table import LONGEST_US, BenchTable
 from cgagen.emulator.parts.fault import BrownOut, Fault
 from cgagen.emulator.parts.noise import Noise
 from cgagen.emulator.parts.sonar import Sonar
-from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho
+from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho, StuckEcho
 from cgagen.emulator.parts.wire_faults import Bridge, Open, Short, Stuck
 from cgagen.emulator.wires import Wire
 
@@ -24,6 +24,9 @@ def make_fault(bench: Bench, name: str, kind: str, table: BenchTable) -> Fault:
     return FAULTS[kind](bench, name, table, (from_ns, until_ns))
 
 
+STUCK_US = 850.0
+"""Echo of a PING))) that is stuck. Ref: S10 (95609, 101364, 111253): 422 to 428 counts of 2 us."""
+
 _Times = tuple[int, int | None]
 
 
@@ -34,6 +37,11 @@ def _no_echo(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault
 def _late_echo(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
     late_ns = round(table.number("late_us", 0, LONGEST_US) * 1_000)
     return LateEcho(name, bench.clock, _sonar(bench, table), late_ns, *times)
+
+
+def _stuck_echo(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
+    echo_ns = round(table.number_or("echo_us", 1, LONGEST_US, STUCK_US) * 1_000)
+    return StuckEcho(name, bench.clock, _sonar(bench, table), echo_ns, *times)
 
 
 def _stuck(bench: Bench, name: str, table: BenchTable, times: _Times) -> Fault:
@@ -111,6 +119,7 @@ def _wire(bench: Bench, table: BenchTable, name: str, key: str = "wire") -> Wire
 FAULTS: dict[str, Callable[[Bench, str, BenchTable, _Times], Fault]] = {
     "no_echo": _no_echo,
     "late_echo": _late_echo,
+    "stuck_echo": _stuck_echo,
     "stuck": _stuck,
     "open": _open,
     "short": _short,

@@ -7,7 +7,7 @@ from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_table import LONGEST_US, BenchTable
 from cgagen.emulator.parts.part import Part
 from cgagen.emulator.parts.photocell import Photocell
-from cgagen.emulator.parts.ping import Ping
+from cgagen.emulator.parts.ping import SILENCE_NS, Ping
 from cgagen.emulator.parts.probe import LIMIT_EDGES, Probe
 from cgagen.emulator.parts.servo import CENTRE_NS, Servo
 from cgagen.emulator.parts.signal import Signal
@@ -43,11 +43,16 @@ def _sonar(sonar: Sonar, table: BenchTable) -> Sonar:
 
 
 def _ping(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable) -> Part:
-    return _sonar(Ping(name, bench.clock, leads["signal"]), table)
+    ping = Ping(name, bench.clock, leads["signal"])
+    silence_us = table.number_or("silence_us", 115, LONGEST_US, SILENCE_NS / 1_000)
+    drift_us = table.number_or("drift_us", 0, LONGEST_US, 0)
+    ping.hear_nothing(round(silence_us * 1_000), round(drift_us * 1_000))
+    return _sonar(ping, table)
 
 
 def _srf04(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable) -> Part:
-    return _sonar(Srf04(name, bench.clock, leads["trigger"], leads["echo"]), table)
+    grounded = table.flag_or("mode_grounded", False)
+    return _sonar(Srf04(name, bench.clock, leads["trigger"], leads["echo"], grounded), table)
 
 
 def _whisker(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable) -> Part:

@@ -4,7 +4,6 @@ from typing import Any
 
 from cgagen import bench_protocol as protocol
 from cgagen.counts import FARTHEST_COUNT
-from cgagen.errors import RobotError
 from cgagen.firmware.columns import camel, con, data, declare, plain
 from cgagen.firmware.common_words import (
     common_words,
@@ -23,9 +22,6 @@ from cgagen.words import COMMANDS, Movement, Role, Situation, situation_name
 POLL_MS = 5
 """Between two looks at the step line. Choice."""
 
-LATE_MODELS = ("BS2", "BS2e")
-"""Too slow to fetch a PULSIN before an SRF04's echo rises. Ref: S11 uses RCTIME there."""
-
 GENE_COLUMN = 7
 
 RULE = 95
@@ -33,11 +29,7 @@ RULE = 95
 
 
 def main_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
-    """Return the words of a main controller's template.
-
-    Raises:
-        RobotError: its sonars cannot be read by its model as the file has them.
-    """
+    """Return the words of a main controller's template."""
     model = chip(robot.main.model)
     uses = main_pins(robot)
     letter = nibble(robot.link.main_pins)
@@ -51,8 +43,7 @@ def main_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
         "echo_unit": f"{robot.main.pulsin_unit_ns / 1000:g}",
         "light_unit": f"{robot.main.rctime_unit_ns / 1000:g}",
         "counts_per_inch": f"{robot.echo_counts_per_in:.1f}",
-        "sonars": [_sonar(robot, sonar) for sonar in robot.sonars],
-        "late_sonars": any(is_late(robot, sonar) for sonar in robot.sonars),
+        "sonars": [_sonar(sonar) for sonar in robot.sonars],
         "light_sensors": [
             {"pin_name": f"Lamp{camel(one.name)}", "variable": f"light{camel(one.name)}"}
             for one in (robot.light.sensors if robot.light else ())
@@ -67,23 +58,11 @@ def main_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
     return words | (_predator(robot, genome) if genome else _prey(robot))
 
 
-def is_late(robot: Robot, sonar: Sonar) -> bool:
-    """Whether an echo has begun before the chip can measure it; see `LATE_MODELS`."""
-    return sonar.kind == "srf04" and robot.main.model in LATE_MODELS
-
-
-def _sonar(robot: Robot, sonar: Sonar) -> dict[str, Any]:
-    late = is_late(robot, sonar)
-    if late and robot.main.rctime_unit_ns != robot.main.pulsin_unit_ns:
-        raise RobotError(
-            f"{robot.name}: [main] rctime_unit_ns: a {robot.main.model} reads an SRF04 by RCTIME, "
-            "so it must be equal to pulsin_unit_ns"
-        )
+def _sonar(sonar: Sonar) -> dict[str, Any]:
     names = sonar_pin_names(sonar)
     return {
         "name": camel(sonar.name),
         "kind": sonar.kind,
-        "late": late,
         "pin_name": names[0],
         "trigger_name": names[0],
         "echo_name": names[-1],

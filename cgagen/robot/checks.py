@@ -5,7 +5,7 @@ import itertools
 from cgagen.counts import FARTHEST_COUNT
 from cgagen.errors import RobotError
 from cgagen.robot.gait import PHASES, phases_of, pulses_counts
-from cgagen.robot.values import LEGS, Robot
+from cgagen.robot.values import LAST_EARLY_PIN, LEGS, SLOW_MODELS, Robot
 
 
 def check_robot(robot: Robot, file: str) -> None:
@@ -161,6 +161,35 @@ def _echoes(robot: Robot) -> str | None:
                 f"[main] pulsin_unit_ns: the longest echo of the {sonar.name!r} sonar is "
                 f"{longest:.0f} counts, and PULSIN ends at {FARTHEST_COUNT}; a longer unit is "
                 "allowed"
+            )
+        early = robot.main.model not in SLOW_MODELS or sonar.pins[-1] <= LAST_EARLY_PIN
+        if sonar.mode == "open" and not early:
+            return (
+                f"[sonar.{sonar.name}] echo_pin: a {robot.main.model} looks at "
+                f"P{sonar.pins[-1]} when the echo of an SRF04 has begun; take one of P0 to "
+                f'P{LAST_EARLY_PIN}, or ground its mode pin and say mode = "ground"'
+            )
+    return _silence(robot)
+
+
+def _silence(robot: Robot) -> str | None:
+    """What is heard of nothing is farther than every limit."""
+    limits, reflex = robot.limits, robot.reflex
+    keys = {}
+    if limits is not None:
+        keys["[situation] front_far_in"] = limits.front_far_in
+        keys["[situation] side_far_in"] = limits.side_far_in
+    if reflex is not None:
+        for name, policy in reflex.policies.items():
+            keys[f"[reflex.policies.{name}] alarm_in"] = policy.alarm_in
+    nothing = min(robot.sonars, key=lambda sonar: robot.echo_limits_counts(sonar)[1])
+    longest = int(robot.echo_limits_counts(nothing)[1])
+    for key, inches in keys.items():
+        if robot.echo_count_of(inches) > longest:
+            most_in = longest / robot.echo_counts_per_in
+            return (
+                f"{key}: {inches:g} in is farther than the {nothing.name!r} sonar hears, so that "
+                f"nothing would be an obstacle; {most_in:.0f} in at most"
             )
     return None
 

@@ -13,6 +13,9 @@ from cgagen.robot.values import (
 )
 from cgagen.words import Role
 
+MODES = ("ground", "open")
+"""Of an SRF04's mode pin."""
+
 FARTHEST_IN = 300.0
 """More than any sonar of the two kinds can see, twice over."""
 
@@ -30,10 +33,15 @@ def sonars_of(top: Table, role: Role) -> tuple[Sonar, ...]:
                 cone_deg=table.number("cone_deg", 1, 170),
                 range_in=table.number("range_in", 1, FARTHEST_IN),
                 pins=tuple(table.integer(key, 0, LAST_PIN) for key in SONAR_KINDS[kind].pins),
+                mode=_mode(table) if kind == "srf04" else "",
             )
         )
         table.done()
     return tuple(sonars)
+
+
+def _mode(table: Table) -> str:
+    return table.text("mode", MODES) if table.has("mode") else ""
 
 
 def antennas_of(top: Table) -> tuple[Antenna, ...]:

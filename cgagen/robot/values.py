@@ -37,6 +37,14 @@ SONAR_KINDS: dict[str, SonarKind] = {
     "srf04": SonarKind(174.0, 36_000.0, ("trigger_pin", "echo_pin")),  # ref: S8; 3 cm at 58 us
 }
 
+SLOW_MODELS = ("BS2", "BS2e", "BS2pe")
+"""Models that may look at an SRF04's echo after it has begun, unless its mode pin is on ground: it
+then waits 300 us longer. Ref: S8 p. 6 for a BS2; choice for the BS2pe, which is just in time."""
+
+LAST_EARLY_PIN = 7
+"""Where a slow model must have the echo of an SRF04 whose mode pin is open. Ref: S8 p. 6, "low"
+numbers, for it takes longer to look at higher ones; choice for 7."""
+
 
 @dataclass(frozen=True, slots=True)
 class MainChip:
@@ -67,7 +75,12 @@ class Echo:
 
 @dataclass(frozen=True, slots=True)
 class Sonar:
-    """One sonar. `pins` are one (`ping`) or trigger and echo (`srf04`)."""
+    """One sonar.
+
+    Attributes:
+        pins: one (`ping`), or trigger and echo (`srf04`).
+        mode: of an SRF04's mode pin, "ground" or "open"; "" where the file leaves it to us.
+    """
 
     name: str
     kind: str
@@ -75,6 +88,7 @@ class Sonar:
     cone_deg: float
     range_in: float
     pins: tuple[int, ...]
+    mode: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -305,6 +319,12 @@ class Robot:
         kind = SONAR_KINDS[sonar.kind]
         per_us = 1000.0 / self.main.pulsin_unit_ns
         return kind.shortest_us * per_us, kind.longest_us * per_us
+
+    def grounds_mode(self, sonar: Sonar) -> bool:
+        """Whether the mode pin of an SRF04 is on ground; see `SLOW_MODELS`."""
+        if sonar.kind != "srf04":
+            return False
+        return sonar.mode == "ground" or (not sonar.mode and self.main.model in SLOW_MODELS)
 
     def echo_count_of(self, distance_in: float) -> int:
         """Return the count that stands for a threshold in inches, for any kind of sonar."""

@@ -1,7 +1,7 @@
 """The PING))) of Parallax (#28015): trigger and echo on one pin. Ref: S6 p. 1, 2 for all numbers.
 
 A pulse of at least 2 us on SIG; 750 us after its end, a pulse that is as long as the sound is on
-its way; 200 us later it can be asked again.
+its way, or 20 ms where nothing is heard; 200 us later it can be asked again.
 
 Left out: the burst itself, temperature, angles, what a target is made of, the current (35 mA),
 and cross-talk between sonars.
@@ -15,6 +15,9 @@ TRIGGER_NS = 2_000
 HOLD_OFF_NS = 750_000
 SHORTEST_NS = 115_000
 LONGEST_NS = 18_500_000
+SILENCE_NS = 20_000_000
+"""Without a target. Ref: measured, S10 (119926): 19.98 ms at 28 C to 20.01 ms at 34 C, one sensor;
+S6 names no other time than `LONGEST_NS`."""
 REST_NS = 200_000
 
 
@@ -40,7 +43,7 @@ class Ping(Sonar):
     """
 
     def __init__(self, name: str, clock: Clock, signal: Wire) -> None:
-        super().__init__(name, clock, SHORTEST_NS, LONGEST_NS)
+        super().__init__(name, clock, SHORTEST_NS, LONGEST_NS, SILENCE_NS)
         self._signal = signal
         self._busy = False
         self._rose_ns: int | None = None

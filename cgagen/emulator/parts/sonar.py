@@ -12,6 +12,9 @@ from cgagen.emulator.parts.part import Part
 US_PER_IN = 73.746
 """One way, at 22 C. Ref: S6."""
 
+DRIFT_STEPS = 7
+"""Silences until a drift is through. Choice."""
+
 
 class Answer(NamedTuple):
     """The echo pulse that a sonar is going to give: a delay from now, and a width."""
@@ -35,12 +38,24 @@ class Sonar(Part):
         name: as the bench calls it.
         clock: the bench's.
         shortest_ns: echo pulse of the nearest target.
-        longest_ns: echo pulse without a target.
+        longest_ns: echo pulse of the farthest one.
+        silence_ns: pulse when nothing is heard; as long as `longest_ns` unless it is said.
+
+    Attributes:
+        drift_ns: by how much the pulse of a silence wanders: its next `DRIFT_STEPS` are each a
+            step longer, and then it begins anew.
     """
 
     CIRCUIT = frozenset({"spoilers"})
 
-    def __init__(self, name: str, clock: Clock, shortest_ns: int, longest_ns: int) -> None:
+    def __init__(
+        self,
+        name: str,
+        clock: Clock,
+        shortest_ns: int,
+        longest_ns: int,
+        silence_ns: int | None = None,
+    ) -> None:
         super().__init__(name, clock)
         self.triggers = 0
         """Triggers that were answered."""
@@ -49,19 +64,29 @@ class Sonar(Part):
         self.spoilers: list[Spoiler] = []
         self._shortest_ns = shortest_ns
         self._longest_ns = longest_ns
-        self._echo_ns = longest_ns
+        self._silence_ns = longest_ns if silence_ns is None else silence_ns
+        self._echo_ns: int | None = None
+        self._silences = 0
+        self.drift_ns = 0
 
     def see(self, distance_in: float | None, us_per_in: float = US_PER_IN) -> None:
-        """Put a target at a distance, or take it away with None."""
-        if distance_in is None:
-            self.see_echo(None)
-        else:
-            self.see_echo(round(2_000 * distance_in * us_per_in))
+        """Put a target at a distance, or take it away with None; one too far is not heard."""
+        echo_ns = None if distance_in is None else round(2_000 * distance_in * us_per_in)
+        self.see_echo(None if echo_ns is None or echo_ns > self._longest_ns else echo_ns)
 
     def see_echo(self, echo_ns: int | None) -> None:
-        """Say how long the next echo pulse is; it keeps within what the part can do."""
-        wanted = self._longest_ns if echo_ns is None else echo_ns
-        self._echo_ns = min(max(wanted, self._shortest_ns), self._longest_ns)
+        """Say how long the next echo pulse is; it keeps within what the part can do.
+
+        Args:
+            echo_ns: None where nothing is heard.
+        """
+        if echo_ns is not None:
+            echo_ns = min(max(echo_ns, self._shortest_ns), self._longest_ns)
+        self._echo_ns = echo_ns
+
+    def hear_nothing(self, silence_ns: int, drift_ns: int = 0) -> None:
+        """Say how long the pulse of a silence is, and by how much it wanders."""
+        self._silence_ns, self.drift_ns = silence_ns, drift_ns
 
     def told(self) -> dict[str, Any]:
         """See `Part.told`."""
@@ -70,11 +95,17 @@ class Sonar(Part):
     def _answer(self, delay_ns: int) -> Answer | None:
         """Return what comes of a trigger now."""
         self.triggers += 1
-        answer: Answer | None = Answer(delay_ns, self._echo_ns)
+        answer: Answer | None = Answer(delay_ns, self._width())
         for spoiler in self.spoilers:
             if answer is not None:
                 answer = spoiler.spoil(answer)
         return answer
+
+    def _width(self) -> int:
+        if self._echo_ns is not None:
+            return self._echo_ns
+        step, self._silences = self._silences % (DRIFT_STEPS + 1), self._silences + 1
+        return self._silence_ns + self.drift_ns * step // DRIFT_STEPS
 
 
 def middle_ns(count: int, unit_ns: int) -> int:

@@ -15,6 +15,8 @@ TRIGGER_NS = 10_000
 BURST_NS = 200_000
 """Eight cycles of 40 kHz."""
 BLANKING_NS = 100_000
+MODE_NS = 300_000
+"""More before the echo when the mode pin is grounded. Ref: S8 p. 6; parts made since April 2003."""
 SHORTEST_NS = 174_000
 """3 cm, at the 58 us that S8 reckons for each, there and back."""
 LONGEST_NS = 36_000_000
@@ -30,10 +32,15 @@ class Srf04(Sonar):
         clock: the bench's.
         trigger: the wire on its trigger input.
         echo: the wire on its echo output, which it always drives.
+        mode_grounded: the mode pin is on ground, so that a slow chip sees the echo begin; the
+            range stays. Otherwise it is left open.
     """
 
-    def __init__(self, name: str, clock: Clock, trigger: Wire, echo: Wire) -> None:
+    def __init__(
+        self, name: str, clock: Clock, trigger: Wire, echo: Wire, mode_grounded: bool = False
+    ) -> None:
         super().__init__(name, clock, SHORTEST_NS, LONGEST_NS)
+        self._delay_ns = BURST_NS + BLANKING_NS + (MODE_NS if mode_grounded else 0)
         self._echo = echo
         self._busy = False
         self._rose_ns: int | None = None
@@ -54,7 +61,7 @@ class Srf04(Sonar):
         if self._busy or high_ns < TRIGGER_NS:
             self.ignored += 1
             return
-        answer = self._answer(BURST_NS + BLANKING_NS)
+        answer = self._answer(self._delay_ns)
         if answer is not None:
             self._busy = True
             self._width_ns = answer.width_ns

@@ -73,7 +73,8 @@ def _notes(robot: Robot) -> list[str]:
             f"SRF04 {', '.join(plain(name.replace('_', ' ')) for name in grounded)}: the fifth pin "
             '(mode, "do not connect") goes to ground before it is switched on; the echo then '
             f"begins 300 us later, so that a {robot.main.model} sees it begin. Parts made before "
-            'the end of April 2003 have no such mode (S8): for them say mode = "open" in the robot\'s file.'
+            'the end of April 2003 have no such mode (S8): for them say mode = "open" in '
+            "the robot's file."
         )
     if any(sonar.mode == "open" and robot.main.model in SLOW_MODELS for sonar in robot.sonars):
         notes.append(

@@ -14,6 +14,7 @@ from cgagen.cli import cgagen
 from cgagen.errors import CgagenError
 from cgagen.serve import serve
 from cgagen.tokenizer import Tokenizer
+from cgagen.verbs.console import Console
 from hil.emulated import robot_bench
 from hil.subject import read_subject
 from tests.firmware_cases import PREDATOR, srf04, with_model
@@ -26,7 +27,7 @@ CALM = "0,0,0/--/0,0"
 
 
 def call(*words: str) -> Result:
-    return CliRunner().invoke(cgagen, list(words))
+    return CliRunner().invoke(cgagen, list(words), obj=Console.of_process())
 
 
 def verify(*words: str) -> tuple[int, dict[str, Any]]:

@@ -14,8 +14,9 @@ same state gives the same bytes.
 """
 
 import io
+import math
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +26,8 @@ from numpy.typing import NDArray
 from cgagen import files
 from cgagen.errors import RunError
 from cgagen.evolve import Bits
+from cgagen.inputs import CHECKPOINT, read_bytes
+from cgagen.shown import short, shown
 
 FORMAT = "cgagen-checkpoint-1"
 
@@ -110,21 +113,15 @@ def restore(path: Path, run_digest: str, trial: int, shape: tuple[int, int]) -> 
     Raises:
         RunError: damaged, of another version, of another run, or not readable.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RunError(
-            f"{path}: the checkpoint cannot be read ({error.strerror or error}); "
-            "mend that and resume again"
-        ) from None
-    state = from_bytes(data, str(path))
+    most = max(CHECKPOINT.most, shape[0] * shape[1])
+    state = from_bytes(read_bytes(path, replace(CHECKPOINT, most=most)), str(path))
     if state.run_digest != run_digest or state.trial != trial:
         raise RunError(
             f"{path}: belongs to a run with other settings; put back the 0-run.toml that it was "
             "written with, or start a new run in another folder"
         )
     if state.bits.shape != shape:
-        raise _damaged(str(path), f"its population has shape {state.bits.shape}")
+        raise damaged(str(path), f"its population has shape {state.bits.shape}")
     return state
 
 
@@ -165,37 +162,86 @@ def from_bytes(data: bytes, name: str) -> Checkpoint:
         RunError: the bytes are damaged, cut short, foreign, or of another version.
     """
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            form = str(archive["format"])
-            arrays = {key: archive[key] for key in archive.files} if form == FORMAT else {}
+        members = _members(data)
+        form = str(_array("format", members.get("format", b"")))
     except Exception as error:  # a damaged archive can raise a dozen kinds
-        raise _damaged(name, f"{type(error).__name__}") from None
+        raise damaged(name, _words(error)) from None
     if form != FORMAT:
         raise RunError(
-            f"{name}: is a checkpoint of format {form!r}, and this version reads {FORMAT!r}; "
+            f"{name}: is a checkpoint of format {shown(form)}, and this version reads {FORMAT!r}; "
             "continue it with the version that wrote it, or start a new run"
         )
     try:
-        return _from_arrays(arrays)
-    except (KeyError, ValueError, TypeError, IndexError) as error:
-        raise _damaged(name, str(error)) from None
+        return _from_arrays({key: _array(key, members[key]) for key in _ARRAYS})
+    except Exception as error:
+        raise damaged(name, _words(error)) from None
+
+
+_ARRAYS: dict[str, tuple[str, int]] = {
+    "format": ("U", 0),
+    "run_digest": ("U", 0),
+    "trial": ("i", 0),
+    "shape": ("i", 1),
+    "bits": ("u", 1),
+    "training": ("f", 2),
+    "fixed": ("f", 2),
+    "best": ("f", 2),
+    "best_bits": ("u", 1),
+}
+"""Kind of NumPy's types, and dimensions, of every array."""
+
+
+def _members(data: bytes) -> dict[str, bytes]:
+    """Return the members of an archive, which may not be packed: no byte of it becomes two."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        entries = archive.infolist()
+        if len(entries) > len(_ARRAYS) or sum(one.file_size for one in entries) > len(data):
+            raise ValueError("it holds more than a checkpoint's arrays")
+        if any(one.compress_type != zipfile.ZIP_STORED for one in entries):
+            raise ValueError("it is packed, and a checkpoint never is")
+        return {one.filename.removesuffix(".npy"): archive.read(one) for one in entries}
+
+
+def _array(name: str, data: bytes) -> NDArray[np.generic]:
+    """Return the array of a member whose head says no more than the member holds."""
+    file = io.BytesIO(data)
+    if np.lib.format.read_magic(file) != (1, 0):
+        raise ValueError(f"{name} is an array of another version of NumPy's format")
+    shape, by_columns, dtype = np.lib.format.read_array_header_1_0(file)
+    kind, dimensions = _ARRAYS[name]
+    rest = len(data) - file.tell()
+    if dtype.hasobject or dtype.kind != kind or len(shape) != dimensions or by_columns:
+        raise ValueError(f"{name} is an array of another kind")
+    if math.prod(shape) * dtype.itemsize != rest or min(shape, default=0) < 0:
+        raise ValueError(f"{name} has another size than its head says")
+    return np.frombuffer(data, dtype, offset=file.tell()).reshape(shape)
+
+
+def _words(error: Exception) -> str:
+    """Return what a sentence says of an error inside the file."""
+    kind = "" if type(error) is ValueError else f"{type(error).__name__}: "
+    return short(f"{kind}{error}", 200)
 
 
 def _from_arrays(arrays: dict[str, NDArray[np.generic]]) -> Checkpoint:
     """Return the state of an archive's arrays; any mismatch is a ValueError or KeyError."""
-    population, bits = (int(size) for size in arrays["shape"])
-    if len(arrays["bits"]) != (population * bits + 7) // 8:
+    population, bits = arrays["shape"].tolist()
+    if population < 0 or bits < 0 or len(arrays["bits"]) != (population * bits + 7) // 8:
         raise ValueError("the population has another size than its shape says")
     unpacked = np.unpackbits(arrays["bits"].astype(np.uint8), count=population * bits)
     training, fixed = _reports(arrays["training"]), _reports(arrays["fixed"])
     if [report.generation for report in training] != list(range(1, len(training) + 1)):
         raise ValueError("its generations are not 1, 2, 3 and so on")
     best = None
+    if arrays["best"].shape not in {(0, 3), (1, 3)}:
+        raise ValueError("it has more or less than one best individual")
     if len(arrays["best"]):
         generation, fitness, captured = (float(value) for value in arrays["best"][0])
-        best = Best(int(generation), fitness, captured, arrays["best_bits"].astype(np.uint8))
+        best = Best(_whole(generation), fitness, captured, arrays["best_bits"].astype(np.uint8))
         if best.bits.shape != (bits,):
             raise ValueError("its best individual has another size than the others")
+        if best.bits.max(initial=0) > 1:
+            raise ValueError("its best individual has other genes than 0 and 1")
     return Checkpoint(
         run_digest=str(arrays["run_digest"]),
         trial=int(arrays["trial"]),
@@ -208,11 +254,20 @@ def _from_arrays(arrays: dict[str, NDArray[np.generic]]) -> Checkpoint:
 
 def _reports(table: NDArray[np.generic]) -> tuple[Report, ...]:
     """Return the rows of a table as reports."""
+    if table.shape[1:] != (len(Report._fields),):
+        raise ValueError("its reports have other columns")
     rows = table.astype(np.float64).tolist()
-    return tuple(Report(int(row[0]), *(float(value) for value in row[1:])) for row in rows)
+    return tuple(Report(_whole(row[0]), *(float(value) for value in row[1:])) for row in rows)
 
 
-def _damaged(name: str, why: str) -> RunError:
+def _whole(number: float) -> int:
+    """Return a number of a generation; what is none is a ValueError."""
+    if not number.is_integer():  # nor is what is infinite
+        raise ValueError(f"{number} is no number of a generation")
+    return int(number)
+
+
+def damaged(name: str, why: str) -> RunError:
     """Return the sentence for a file that is not a whole checkpoint."""
     return RunError(
         f"{name}: is damaged or no checkpoint ({why}); put back a whole copy, or delete it to "

@@ -129,14 +129,16 @@ def decoded(data: bytes, path: Path | str, kind: Kind) -> str:
         CgagenError: of the kind's class, with the line of the first byte that is no text.
     """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise refused(path, kind, "is text of 16 bits a character (UTF-16); save it as UTF-8")
+        raise _no_text(path, kind, "is text of 16 bits a character (UTF-16)")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise refused(
-            path, kind, f"line {line}: byte {error.start} is not UTF-8 text; save it as UTF-8"
-        ) from error
+        raise _no_text(path, kind, f"line {line}: not UTF-8 at byte {error.start}") from error
+
+
+def _no_text(path: Path | str, kind: Kind, what: str) -> CgagenError:
+    return kind.refusal(f"{short(str(path), 300)}: {what}; save it as UTF-8")
 
 
 def read_stream(file: BinaryIO, name: str, kind: Kind) -> bytes:

@@ -5,10 +5,11 @@ Every refusal is one sentence with the file, the table, the key and what is allo
 
 import difflib
 import math
-import tomllib
 from typing import Any, ClassVar, Self
 
 from cgagen.errors import CgagenError
+from cgagen.notations import parse_toml
+from cgagen.shown import LONGEST_MESSAGE, short, shown
 
 
 class Table:
@@ -41,16 +42,16 @@ class Table:
             CgagenError: it is not TOML; the sentence names the line.
         """
         try:
-            return cls(file, "", tomllib.loads(text))
-        except tomllib.TOMLDecodeError as error:
+            return cls(file, "", parse_toml(text))
+        except ValueError as error:
             raise cls.REFUSAL(f"{file}: not TOML: {error}") from error
 
     def error(self, key: str, sentence: str) -> CgagenError:
         """Return (not raise) a refusal of one key of this table."""
         where = f"[{self.path}] {key}" if self.path else key
-        whole = f"{self.file}: {where}: {sentence}"
-        # A key may hold any character; what reaches a terminal stays on one line.
-        return self.REFUSAL("".join(one if one.isprintable() else "?" for one in whole))
+        # A key may hold any character, and any number of them.
+        whole = f"{self.file}: {short(where, 120)}: {sentence}"
+        return self.REFUSAL(short(whole, LONGEST_MESSAGE).replace("\n", r"\n"))
 
     def take(self, key: str, kind: str) -> Any:
         """Return a key's value, whatever it is; `kind` says in words what is wanted."""
@@ -82,7 +83,7 @@ class Table:
         wanted = f"a list of {count} whole numbers from {low} to {high}"
         value = self.take(key, wanted)
         if not isinstance(value, list) or len(value) != count:
-            raise self.error(key, f"{value!r} is not {wanted}")
+            raise self.error(key, f"{shown(value)} is not {wanted}")
         return tuple(self._whole(key, one, low, high) for one in value)
 
     def pair(self, key: str, low: float, high: float) -> tuple[float, float]:
@@ -90,10 +91,10 @@ class Table:
         wanted = f"two rising numbers from {low:g} to {high:g}"
         value = self.take(key, wanted)
         if not isinstance(value, list) or len(value) != 2:
-            raise self.error(key, f"{value!r} is not {wanted}")
+            raise self.error(key, f"{shown(value)} is not {wanted}")
         first, second = (self._in_range(key, one, low, high) for one in value)
         if not first < second:
-            raise self.error(key, f"{value!r} is not {wanted}")
+            raise self.error(key, f"{shown(value)} is not {wanted}")
         return first, second
 
     def text(self, key: str, allowed: tuple[str, ...] | None = None) -> str:
@@ -101,21 +102,21 @@ class Table:
         wanted = f"one of {', '.join(allowed)}" if allowed else "a text"
         value = self.take(key, wanted)
         if not isinstance(value, str) or not value or (allowed and value not in allowed):
-            raise self.error(key, f"{value!r} is not {wanted}")
+            raise self.error(key, f"{shown(value)} is not {wanted}")
         return value
 
     def flag(self, key: str) -> bool:
         """Return true or false."""
         value = self.take(key, "true or false")
         if not isinstance(value, bool):
-            raise self.error(key, f"{value!r} is not true or false")
+            raise self.error(key, f"{shown(value)} is not true or false")
         return value
 
     def table(self, key: str) -> Self:
         """Return the table under a key."""
         value = self.take(key, f"a table [{self._under(key)}]")
         if not isinstance(value, dict):
-            raise self.error(key, f"{value!r} is not a table [{self._under(key)}]")
+            raise self.error(key, f"{shown(value)} is not a table [{self._under(key)}]")
         return type(self)(self.file, self._under(key), value)
 
     def tables(self, key: str) -> list[Self]:
@@ -153,10 +154,10 @@ class Table:
     def _in_range(self, key: str, value: object, low: float, high: float) -> float:
         number = value if isinstance(value, int | float) and not isinstance(value, bool) else None
         if number is None or not math.isfinite(number) or not low <= number <= high:
-            raise self.error(key, f"{value!r} is not a number from {low:g} to {high:g}")
+            raise self.error(key, f"{shown(value)} is not a number from {low:g} to {high:g}")
         return float(number)
 
     def _whole(self, key: str, value: object, low: int, high: int) -> int:
         if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
-            raise self.error(key, f"{value!r} is not a whole number from {low} to {high}")
+            raise self.error(key, f"{shown(value)} is not a whole number from {low} to {high}")
         return value

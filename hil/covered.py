@@ -4,7 +4,6 @@ The images are the ones that go into the chips: the emulated chip counts, nothin
 """
 
 import sys
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from cgagen.stamp.compiled import Compiled
 from cgagen.tokenizer import compile_source
 from cgagen.words import Role
 from hil.benches import counted
-from hil.fate import PROGRAMS, SURVIVORS
+from hil.fate import PROGRAMS, SURVIVORS, bad_row, read_reviews
 from hil.judge_legs import judge_legs
 from hil.judge_main import judge_main
 from hil.kill import subject_for
@@ -110,8 +109,11 @@ def _decide_slowly(subject: Subject, compiled: Compiled, coverage: Coverage) -> 
 
 def reviewed_lines(path: Path = SURVIVORS) -> dict[str, str]:
     """Return the reasons of lines that no check meets in full, by chip and text."""
-    rows = tomllib.loads(path.read_text("utf-8")).get("uncovered", [])
-    return {f"{chip} {row['line']}": row["reason"] for row in rows for chip in row["chips"]}
+    rows = read_reviews(path).get("uncovered", [])
+    try:
+        return {f"{chip} {row['line']}": row["reason"] for row in rows for chip in row["chips"]}
+    except (KeyError, TypeError, AttributeError) as error:
+        raise bad_row(path, error) from error
 
 
 def main() -> int:

@@ -8,6 +8,8 @@ from typing import Any
 
 from cgagen.errors import RunError
 from cgagen.files import write_text
+from cgagen.inputs import DECISIONS, read_text
+from cgagen.notations import parse_json
 from hil.target import Observation, Stimulus, stimulus_of
 
 
@@ -50,13 +52,9 @@ def read_decisions(path: Path) -> Iterator[Decision]:
     Raises:
         RunError: a line is no decision; the sentence has its number.
     """
-    try:
-        lines = path.read_text("utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise RunError(f"{path}: cannot be read ({error}); name a file of decisions") from error
-    for number, line in enumerate(lines, 1):
+    for number, line in enumerate(read_text(path, DECISIONS).splitlines(), 1):
         try:
-            yield _decision(json.loads(line))
+            yield _decision(parse_json(line))
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise RunError(
                 f"{path}: line {number} is no decision ({error}); record the file again"

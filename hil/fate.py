@@ -1,13 +1,17 @@
 """What became of a mutant, and which survivors somebody has looked at."""
 
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
+from cgagen.errors import RunError
+from cgagen.inputs import REVIEWS, read_text
+from cgagen.notations import parse_toml
+from cgagen.shown import short
 from hil.mutate import Mutant
 from hil.subject import CHIPS
 
@@ -63,14 +67,34 @@ class Review:
     most: int | None = None
 
 
+def read_reviews(path: Path) -> dict[str, Any]:
+    """Return the content of a list of reviews.
+
+    Raises:
+        RunError: it cannot be read, or is not TOML.
+    """
+    try:
+        return parse_toml(read_text(path, REVIEWS))
+    except ValueError as error:
+        raise RunError(f"{path}: is not TOML ({error}); {REVIEWS.mend}") from error
+
+
 @cache
 def reviews(path: Path = SURVIVORS) -> tuple[Review, ...]:
     """Return the list."""
-    rows = tomllib.loads(path.read_text("utf-8")).get("survivor", [])
-    return tuple(
-        Review(tuple(row["chips"]), re.compile(row["change"]), row["reason"], row.get("most"))
-        for row in rows
-    )
+    rows = read_reviews(path).get("survivor", [])
+    try:
+        return tuple(
+            Review(tuple(row["chips"]), re.compile(row["change"]), row["reason"], row.get("most"))
+            for row in rows
+        )
+    except (KeyError, TypeError, AttributeError, re.error, RecursionError) as error:
+        raise bad_row(path, error) from error
+
+
+def bad_row(path: Path, error: Exception) -> RunError:
+    """Return the refusal of a row that lacks a key, or has something else under it."""
+    return RunError(f"{path}: a row is not as the others ({short(str(error))}); {REVIEWS.mend}")
 
 
 def reason_for(fate: Fate) -> str | None:

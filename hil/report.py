@@ -13,6 +13,8 @@ from cgagen import __version__
 from cgagen.emulator.coverage_report import LineCoverage, SourceCoverage
 from cgagen.errors import FolderError, RunError
 from cgagen.files import write_text
+from cgagen.inputs import KILLS, read_bytes
+from cgagen.notations import parse_json
 from hil.equivalence import Verdict, worst
 from hil.evidence import source_coverage
 from hil.kills import FORMAT as KILLS_FORMAT
@@ -102,11 +104,11 @@ def read_kills(path: Path) -> dict[str, Any]:
         RunError: it is none.
     """
     try:
-        record: dict[str, Any] = json.loads(path.read_text("utf-8"))
+        record: dict[str, Any] = parse_json(read_bytes(path, KILLS))
         if record["format"] != KILLS_FORMAT:
             raise ValueError(f"its format is {record['format']}")
         return record
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         raise RunError(
             f"{path}: is no kill matrix ({error}); make one with make hil-mutants"
         ) from error

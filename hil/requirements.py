@@ -1,11 +1,12 @@
 """Requirements: what the ids of the marker `hil_req` stand for, and which tests stand for them."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from cgagen.errors import RunError
+from cgagen.inputs import REQUIREMENTS, read_text
+from cgagen.notations import parse_toml
 from hil.equivalence import Verdict
 
 PASSED, FAILED = "passed", "failed"
@@ -22,8 +23,8 @@ def read_requirements(path: Path | None) -> dict[str, str]:
     if path is None:
         return {}
     try:
-        texts = tomllib.loads(path.read_text("utf-8"))
-    except (OSError, ValueError) as error:
+        texts = parse_toml(read_text(path, REQUIREMENTS))
+    except ValueError as error:
         raise RunError(f"{path}: cannot be read ({error}); name a TOML file") from error
     if not all(isinstance(text, str) for text in texts.values()):
         raise RunError(f'{path}: every line is an id and a sentence, such as ID = "it stands"')

@@ -9,6 +9,7 @@ from cgagen.build import Build, read_record
 from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE, flags_of
 from cgagen.errors import FolderError, RigError
 from cgagen.genome import Genome, load
+from cgagen.inputs import BUILD_FILE, read_bytes
 from cgagen.robot import Robot, load_robot
 from cgagen.stamp.chips import chip
 from cgagen.stamp.image import Image
@@ -87,11 +88,11 @@ def read_subject(folder: Path) -> Subject:
         programs = {name: record["programs"][name] for name in CHIPS}
         images = {name: _image(folder, row) for name, row in programs.items()}
         sources = {
-            name: (folder / row["source"]).read_text("ascii", "replace")
+            name: read_bytes(folder / row["source"], BUILD_FILE).decode("ascii", "replace")
             for name, row in programs.items()
         }
         files = {name: row["source"] for name, row in programs.items()}
-    except (OSError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, ValueError) as error:
         raise FolderError(
             f"{folder}: {BENCH_FILE} and the files of build.json do not fit ({error}); "
             "build it again"
@@ -102,5 +103,5 @@ def read_subject(folder: Path) -> Subject:
 
 
 def _image(folder: Path, row: Mapping[str, Any]) -> Image:
-    data = (folder / row["image"]).read_bytes()
+    data = read_bytes(folder / row["image"], BUILD_FILE)
     return Image(chip(row["model"]), data, flags_of(row["blocks"]), row["slot"])

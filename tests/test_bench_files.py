@@ -37,7 +37,7 @@ PING = CHIP + '[part.front]\nkind = "ping"\n[wire.w]\nends = ["main.P4", "front.
         (HEAD + "[chip.main]", r"\[chip.main\] source: missing; wanted a text"),
         (HEAD + '[chip.main]\nimage = "main.bin"', r"\[chip.main\] model: missing; bytes alone"),
         (CHIP.replace("BS2", "BS3"), r"\[chip.main\] model: 'BS3' is not one of BS2, BS2e"),
-        (CHIP.replace("main.bin", "no.bin"), r"\[chip.main\] image: no.bin cannot be read"),
+        (CHIP.replace("main.bin", "no.bin"), r"\[chip.main\] image: .*no.bin: cannot be read"),
         (CHIP.replace("main.bin", "short.bin"), r"\[chip.main\] image: an EEPROM image of a BS2"),
         (CHIP + "slot = 1", r"\[chip.main\] image: a BS2 has no program slot 1"),
         (CHIP + "colour = 1", r"\[chip.main\] colour: no such key; known here: model"),

@@ -302,7 +302,7 @@ def test_the_default_folder_is_named_after_the_robot(
         (("--robot", "servobot-predator"), 3, "a predator hunts by a genome; give one"),
         (("--robot", "nobody"), 3, "nobody: no such robot"),
         (("GENOME", "--robot", "servobot-prey"), 3, "takes no genome; leave it out"),
-        (("missing.genome",), 3, "missing.genome: cannot be read as a genome"),
+        (("missing.genome",), 3, "missing.genome: cannot be read (No such"),
         (("GENOME", "--templates", "nowhere"), 3, "nowhere: no such folder"),
     ],
 )

@@ -126,7 +126,7 @@ def test_files_that_are_no_genome(tmp_path):
     for name, word in [
         ("binary", "byte 4"),
         ("large", "70,000"),
-        (".", "not a file"),
+        (".", "is a folder"),
         ("none", "No such"),
     ]:
         with pytest.raises(GenomeError, match=word):

@@ -153,7 +153,7 @@ def test_what_a_writer_never_ends_is_ended_by_the_limit() -> None:
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"a\nb\xffc", "line 2: byte 3 is not UTF-8 text; save it as UTF-8"),
+        (b"a\nb\xffc", "line 2: not UTF-8 at byte 3; save it as UTF-8"),
         ("name".encode("utf-16"), "is text of 16 bits a character"),
         ("name".encode("utf-16-be"), None),
     ],

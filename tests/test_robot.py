@@ -105,9 +105,9 @@ def test_a_missing_robot_is_told_which_there_are(tmp_path: Path) -> None:
         load_robot("nobody")
     with pytest.raises(RobotError, match=r"no such arena.*colony"):
         load_arena(str(tmp_path / "none.toml"))
-    with pytest.raises(RobotError, match="no such robot"):
+    with pytest.raises(RobotError, match="is a folder"):
         load_robot(str(tmp_path))  # a folder
-    with pytest.raises(RobotError, match="no such robot"):
+    with pytest.raises(RobotError, match="is a folder"):
         load_robot("")
 
 
@@ -121,7 +121,7 @@ def test_an_arena_is_no_robot() -> None:
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"\xff\xfe\x00", "not UTF-8 at byte 0"),
+        (b"\xff\xfe\x00", "text of 16 bits"),
         (b'name = "caf\xe9"', "not UTF-8 at byte 11"),
         (b"name = ", "not TOML"),
         (b"[main\n", "not TOML.*line 1"),

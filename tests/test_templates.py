@@ -99,7 +99,7 @@ def test_a_program_that_is_not_ascii_is_refused(tmp_path: Path) -> None:
 
 def test_a_template_that_is_not_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "predator-main.bsp.j2").write_bytes(b"' K\xe4fer\n")
-    with pytest.raises(TemplateError, match=r"predator-main\.bsp\.j2: not UTF-8 at byte 3"):
+    with pytest.raises(TemplateError, match=r"predator-main\.bsp\.j2: line 1: not UTF-8 at byte 3"):
         generate(PREDATOR, GENOME, tmp_path)
 
 

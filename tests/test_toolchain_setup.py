@@ -74,12 +74,12 @@ def test_a_wrong_file_is_refused_and_not_kept(empty_cache: Path, tmp_path: Path)
     text = tmp_path / "text.js"
     text.write_text("module.exports = {}")
     for path, words in (
-        (half, "not a whole tarball"),
+        (half, "is cut"),
         (tarball(tmp_path / "b.tgz", {"package/browser.js": b"x"}), r"no package/index\.js"),
         (tarball(tmp_path / "c.tgz", {"package/index.js": b"x"}), "hash"),
         (text, "hash"),
         (tmp_path / "none.tgz", "cannot be read"),
-        (tmp_path, "cannot be read"),
+        (tmp_path, "is a folder"),
     ):
         with pytest.raises(ToolchainError, match=words):
             setup(path)

@@ -57,7 +57,7 @@ def test_a_named_tokenizer_goes_before_the_cache(
     monkeypatch.setenv("CGAGEN_TOKENIZER", str(REAL_TOKENIZER))
     assert find_tokenizer() == REAL_TOKENIZER
     assert setup() == (REAL_TOKENIZER, False)  # so `make setup` works without a network
-    for path, words in ((tmp_path / "none.js", "cannot be read"), (tmp_path, "cannot be read")):
+    for path, words in ((tmp_path / "none.js", "is not there"), (tmp_path, "is a folder")):
         monkeypatch.setenv("CGAGEN_TOKENIZER", str(path))
         for call in (find_tokenizer, setup):
             with pytest.raises(ToolchainError, match=words):

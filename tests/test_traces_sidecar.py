@@ -65,7 +65,7 @@ def test_a_changed_trace_and_another_dbc_are_refused(stored: Path) -> None:
     with pytest.raises(TraceError, match="its content is not what"):
         read_trace(stored, PREDATOR)
     stored.with_name("a.log.json").write_text("{")
-    with pytest.raises(TraceError, match=r"a\.log\.json: line 1: is no JSON"):
+    with pytest.raises(TraceError, match=r"a\.log\.json: is no JSON \(line 1"):
         read_trace(stored, PREDATOR)
 
 

@@ -9,6 +9,7 @@ from cgagen.build.record import GENOME_FILE, ROBOT_FILE, read_image, read_record
 from cgagen.errors import FolderError, ImageError
 from cgagen.files import digest
 from cgagen.genome import load
+from cgagen.inputs import BUILD_FILE, read_bytes
 from cgagen.stamp.image import Image
 
 CHIPS = ("main", "locomotion")
@@ -39,7 +40,7 @@ def checked_images(folder: Path) -> dict[str, Image]:
         _check_genome(folder, record)
         for chip, image in images.items():
             _check_banner(folder, record, chip, image)
-    except (KeyError, TypeError, OSError) as error:
+    except KeyError as error:
         raise FolderError(
             f"{folder}: build.json and the files do not fit ({error}); build it again"
         ) from error
@@ -48,7 +49,7 @@ def checked_images(folder: Path) -> dict[str, Image]:
 
 def _check_files(folder: Path, record: Mapping[str, Any]) -> None:
     for name in (*(record["programs"][chip]["source"] for chip in CHIPS), ROBOT_FILE):
-        if digest((folder / name).read_bytes()) != record["files"][name]:
+        if digest(read_bytes(folder / name, BUILD_FILE)) != record["files"][name]:
             raise FolderError(
                 f"{folder / name}: is not what the images were made from; build the folder again, "
                 "or put the file back"

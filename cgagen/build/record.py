@@ -1,17 +1,20 @@
 """`build.json`: what a build folder holds, and what it was made of, by digest."""
 
-import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from cgagen import inputs
 from cgagen.bench_protocol import VERSION
+from cgagen.build.shape import trouble_of
 from cgagen.errors import FolderError
 from cgagen.files import digest
 from cgagen.firmware import LOCOMOTION_FILE, MAIN_FILE, Firmware, Program
 from cgagen.genome import Genome
 from cgagen.memory import MemoryReport
+from cgagen.notations import parse_json
 from cgagen.robot.values import Robot
+from cgagen.shown import shown
 from cgagen.stamp.chips import chip
 from cgagen.stamp.image import SENT, Image
 from cgagen.toolchain import TOKENIZER_SHA256
@@ -121,7 +124,7 @@ def flags_of(blocks: Iterable[str]) -> bytes:
     for word in blocks:
         digits = word.removeprefix("+")
         if len(digits) != BLOCK_BYTES:
-            raise ValueError(f"{word!r} is not {BLOCK_BYTES} digits")
+            raise ValueError(f"{shown(word)} is not {BLOCK_BYTES} digits")
         sent = SENT if word.startswith("+") else 0
         flags += bytes(int(digit) | sent for digit in digits)
     return bytes(flags)
@@ -135,17 +138,27 @@ def read_record(folder: Path) -> dict[str, Any]:
     """
     path = folder / RECORD_FILE
     try:
-        record = json.loads(path.read_bytes())
-    except (OSError, ValueError) as error:
-        raise FolderError(
-            f"{folder}: is no build ({RECORD_FILE} is missing or broken); "
-            "give a folder that `cgagen build` has written"
-        ) from error
+        content = inputs.read_bytes_if_there(path, inputs.BUILD_RECORD)
+        record = None if content is None else parse_json(content)
+    except ValueError as error:
+        raise _no_build(folder, f"is broken: {error}") from error
+    if record is None:
+        raise _no_build(folder, "is missing")
     if not isinstance(record, dict) or record.get("format") != FORMAT:
         raise FolderError(
             f"{path}: is not of the format {FORMAT}; build the folder again with this version"
         )
+    trouble = trouble_of(record)
+    if trouble:
+        raise FolderError(f"{path}: is damaged or edited ({trouble}); build the folder again")
     return record
+
+
+def _no_build(folder: Path, why: str) -> FolderError:
+    return FolderError(
+        f"{folder}: is no build ({RECORD_FILE} {why}); give a folder that `cgagen build` has "
+        "written"
+    )
 
 
 def read_image(folder: Path, chip_name: str) -> Image:
@@ -162,11 +175,10 @@ def read_image(folder: Path, chip_name: str) -> Image:
     try:
         entry = record["programs"][chip_name]
         path = folder / entry["image"]
-        image = Image(
-            chip(entry["model"]), path.read_bytes(), flags_of(entry["blocks"]), entry["slot"]
-        )
+        eeprom = inputs.read_bytes(path, inputs.BUILD_FILE)
+        image = Image(chip(entry["model"]), eeprom, flags_of(entry["blocks"]), entry["slot"])
         wanted = entry["image_digest"]
-    except (OSError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, ValueError) as error:
         raise FolderError(
             f"{folder}: {RECORD_FILE} and the files do not fit ({error}); build it again"
         ) from error

@@ -68,6 +68,7 @@ from cgagen.emulator.fault_kinds import FAULTS, make_fault
 from cgagen.emulator.part_kinds import PARTS
 from cgagen.emulator.timing import Timing, timing_of
 from cgagen.errors import BenchError, ContentionError, ImageError
+from cgagen.inputs import BENCH, IMAGE, read_bytes, read_text
 from cgagen.stamp import chips
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image
@@ -82,7 +83,6 @@ Compile = Callable[[Path], Compiled]
 """Turns a source into an image; `cgagen.tokenizer` has one. The emulator takes no sources."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_LARGEST_FILE = 1 << 20
 
 
 def read_bench(path: Path, compile_source: Compile | None = None) -> Bench:
@@ -96,16 +96,7 @@ def read_bench(path: Path, compile_source: Compile | None = None) -> Bench:
         BenchError: the file says something that cannot be: file, key and what is allowed.
         SourceError: a source is refused.
     """
-    try:
-        with path.open("rb") as file:
-            text = file.read(_LARGEST_FILE).decode("utf-8")
-    except OSError as error:
-        raise BenchError(
-            f"{path}: cannot be read ({error.strerror or error}); name a bench file"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise BenchError(f"{path}: not UTF-8 at byte {error.start}; save it so") from error
-    return parse_bench(text, str(path), path.parent, compile_source)
+    return parse_bench(read_text(path, BENCH), str(path), path.parent, compile_source)
 
 
 def parse_bench(text: str, file: str, folder: Path, compile_source: Compile | None = None) -> Bench:
@@ -236,10 +227,7 @@ def _image(table: BenchTable, model: str | None, folder: Path, slot: int) -> Ima
     file = table.text("image")
     if model is None:
         raise table.error("model", f"missing; bytes alone do not say it: {', '.join(MODELS)}")
-    try:
-        data = (folder / file).read_bytes()
-    except OSError as error:
-        raise table.error("image", f"{file} cannot be read ({error.strerror or error})") from error
+    data = read_bytes(folder / file, IMAGE)
     return Image(chips.chip(model), data, None, slot)
 
 

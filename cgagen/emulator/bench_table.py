@@ -3,6 +3,7 @@
 from typing import Any, ClassVar
 
 from cgagen.errors import BenchError, CgagenError
+from cgagen.shown import shown
 from cgagen.tables import Table
 
 LONGEST_US = 1e9
@@ -44,5 +45,5 @@ class BenchTable(Table):
         """Return a list of texts; `wanted` says in words what they are."""
         value: Any = self.take(key, wanted)
         if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
-            raise self.error(key, f"{value!r} is not {wanted}")
+            raise self.error(key, f"{shown(value)} is not {wanted}")
         return value

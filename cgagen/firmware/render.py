@@ -7,8 +7,9 @@ from typing import Any
 
 import jinja2
 
-from cgagen.errors import TemplateError
+from cgagen.errors import CgagenError, TemplateError
 from cgagen.files import digest
+from cgagen.inputs import TEMPLATE, read_text
 
 PACKAGED = Path(__file__).parent.parent / "_templates"
 """Where a wheel has them."""
@@ -74,8 +75,8 @@ class Renderer:
                 f"{self._place_of(error, name)}: wants the template {error.name}, which is neither "
                 "in --templates nor among ours; see the folder templates/"
             ) from error
-        except UnicodeDecodeError as error:
-            raise TemplateError(f"{name}: not UTF-8 at byte {error.start}; save it so") from error
+        except CgagenError:
+            raise
         except RecursionError as error:
             raise TemplateError(f"{name}: includes itself; break the circle") from error
         except Exception as error:  # a template may raise anything that its expressions raise
@@ -120,7 +121,7 @@ class _Recorder(jinja2.BaseLoader):
         for folder in self._folders:
             path = folder / template
             if path.is_file():
-                text = path.read_bytes().decode("utf-8").replace("\r\n", "\n")
+                text = read_text(path, TEMPLATE).replace("\r\n", "\n")
                 self.digests[template] = digest(text)
                 self.paths[str(path)] = template
                 return text, str(path), lambda: True

@@ -1,7 +1,6 @@
 """The text file of a genome: TOML with the movements as comments, or the bare 192 characters."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,12 +9,12 @@ import tomli_w
 
 from cgagen.errors import GenomeError
 from cgagen.genome.value import Genome, Origin, movement_table, problem_of_bits
+from cgagen.inputs import GENOME, read_text
+from cgagen.notations import parse_toml
+from cgagen.shown import short, shown
 from cgagen.words import BITS_PER_GENE, GENOME_BITS, Situation
 
 FORMAT = "cgagen-genome-1"
-
-LARGEST_FILE = 65_536
-"""Bytes; a genome file has about 3,000. choice: a wrong file is refused before it is parsed."""
 
 
 def load(path: Path) -> Genome:
@@ -24,25 +23,7 @@ def load(path: Path) -> Genome:
     Raises:
         GenomeError: the file cannot be read or is no genome; the sentence names the file.
     """
-    try:
-        if path.exists() and not path.is_file():
-            raise GenomeError(f"{path}: is not a file; give the best.genome of a run")
-        if path.exists() and path.stat().st_size > LARGEST_FILE:
-            raise GenomeError(
-                f"{path}: {path.stat().st_size:,} bytes are too many for a genome file "
-                f"(at most {LARGEST_FILE:,}); give the best.genome of a run"
-            )
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise GenomeError(
-            f"{path}: byte {error.start} is not UTF-8 text; give the best.genome of a run"
-        ) from None
-    except OSError as error:
-        raise GenomeError(
-            f"{path}: cannot be read as a genome ({error.strerror or error}); "
-            "give the best.genome of a run"
-        ) from None
-    return parse(text, str(path))
+    return parse(read_text(path, GENOME), str(path))
 
 
 def parse(text: str, name: str) -> Genome:
@@ -61,8 +42,8 @@ def parse(text: str, name: str) -> Genome:
     if not set("=[#") & set(text):
         return Genome(_bits_of(text, name, ""))
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        data = parse_toml(text)
+    except ValueError as error:
         raise GenomeError(f"{name}: is not TOML ({error}); see the format of best.genome") from None
     return _from_toml(data, name)
 
@@ -101,14 +82,16 @@ def _from_toml(data: Mapping[str, Any], name: str) -> Genome:
             raise GenomeError(f"{name}: the key {key} is missing; a genome has format, robot, bits")
     form = data["format"]
     if form != FORMAT:
-        raise GenomeError(f"{name}: format is {form!r}, and this version reads {FORMAT!r}")
+        raise GenomeError(f"{name}: format is {shown(form)}, and this version reads {FORMAT!r}")
     for key in ("robot", "interface", "bits"):
         value = data.get(key, "-")
         if not isinstance(value, str) or not value.strip():
-            raise GenomeError(f"{name}: {key} is {value!r}, it must be a text that is not empty")
+            raise GenomeError(
+                f"{name}: {key} is {shown(value)}, it must be a text that is not empty"
+            )
     origin = data.get("origin", {})
     if not isinstance(origin, dict):
-        raise GenomeError(f"{name}: origin is {origin!r}, it must be a table [origin]")
+        raise GenomeError(f"{name}: origin is {shown(origin)}, it must be a table [origin]")
     return Genome(
         _bits_of(data["bits"], name, "bits: "),
         data["robot"],
@@ -124,10 +107,14 @@ def _origin_of(table: Mapping[str, Any], name: str) -> Origin:
     for key, least in known.items():
         value = table.get(key, least)
         if type(value) is not int or value < least:
-            raise GenomeError(f"{name}: [origin] {key} is {value!r}, a whole number >= {least}")
+            raise GenomeError(
+                f"{name}: [origin] {key} is {shown(value)}, a whole number >= {least}"
+            )
     fitness = table.get("fitness", 0.0)
     if type(fitness) not in (int, float) or not math.isfinite(fitness):
-        raise GenomeError(f"{name}: [origin] fitness is {fitness!r}, it must be a finite number")
+        raise GenomeError(
+            f"{name}: [origin] fitness is {shown(fitness)}, it must be a finite number"
+        )
     versions = table.get("versions", {})
     texts = [table.get("robot_digest", "")]
     texts += list(versions.values()) if isinstance(versions, dict) else [None]
@@ -148,7 +135,9 @@ def _check_keys(table: Mapping[str, Any], allowed: set[str], name: str, where: s
     for key in table:
         if key not in allowed:
             choices = ", ".join(sorted(allowed))
-            raise GenomeError(f"{name}: {where}the key {key} is unknown; allowed are {choices}")
+            raise GenomeError(
+                f"{name}: {where}the key {short(key)} is unknown; allowed are {choices}"
+            )
 
 
 def _bits_of(text: str, name: str, where: str) -> str:

@@ -3,8 +3,10 @@
 Ranges of single numbers are refused here; `checks` does what needs more than one of them.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
+from cgagen import inputs
 from cgagen.errors import RobotError
 from cgagen.files import digest
 from cgagen.near import did_you_mean
@@ -80,16 +82,15 @@ def load_arena(name_or_path: str) -> Arena:
 def _open(name_or_path: str, what: str) -> tuple[str, str]:
     known = shipped(what)
     path = ROBOTS_FOLDER / f"{name_or_path}.toml" if name_or_path in known else Path(name_or_path)
-    try:
-        return path.name, path.read_bytes().decode("utf-8")
-    except OSError as error:
+    kind = replace(
+        {"robot": inputs.ROBOT, "arena": inputs.ARENA}[what],
+        mend=f"give a file, or one of {', '.join(known)}",
+    )
+    content = inputs.read_bytes_if_there(path, kind)
+    if content is None:
         meant = did_you_mean(name_or_path, known)
-        raise RobotError(
-            f"{name_or_path}: no such {what} ({error.strerror}){meant}; "
-            f"give a file, or one of {', '.join(known)}"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise RobotError(f"{name_or_path}: not UTF-8 at byte {error.start}; save it so") from error
+        raise inputs.refused(name_or_path, kind, f"no such {what}{meant}")
+    return path.name, inputs.decoded(content, path, kind)
 
 
 def parse_arena(text: str, file: str) -> Arena:

@@ -32,6 +32,7 @@ from cgagen.checkpoint import Best, Report
 from cgagen.errors import RunError, StorageError
 from cgagen.evolve import Bits
 from cgagen.genome import Genome, Origin, from_array
+from cgagen.inputs import RUN_FILE, read_text
 from cgagen.run.record import RunRecord, from_text
 from cgagen.shell import command
 
@@ -41,11 +42,9 @@ FITNESS = "2-fitness.csv"
 CHECKPOINT = "2-checkpoint.npz"
 BEST = "best.genome"
 LOCK = ".lock"
+POPULATION_HEAD = "individual,training_fitness,fixed_fitness,fixed_captured,bits"
 LOCK_WAIT_S = 3.0
 """choice: a run that was just killed may have a worker that needs a moment to notice."""
-
-LARGEST_INPUT = 1_000_000
-"""Bytes of a text file of a run; choice: far above any robot file."""
 
 _LEFTOVER = re.compile(
     r"\.(0-run\.toml|1-(predator|prey|arena)\.toml|2-(training|fitness)\.csv"
@@ -187,7 +186,7 @@ def population_csv(
         captured: share of the fixed starts that ended in a capture, same shape.
     """
     columns = zip(bits.tolist(), training.tolist(), fixed.tolist(), captured.tolist(), strict=True)
-    lines = ["individual,training_fitness,fixed_fitness,fixed_captured,bits"]
+    lines = [POPULATION_HEAD]
     for index, (row, *numbers) in enumerate(columns):
         lines.append(f"{index},{','.join(map(repr, numbers))},{''.join(map(str, row))}")
     return "\n".join([*lines, ""])
@@ -223,11 +222,5 @@ def _names(folder: Path) -> list[str]:
 
 
 def _read_text(path: Path) -> str:
-    """Return a text file of a run, or the sentence that says why it cannot be read."""
-    try:
-        if path.stat().st_size > LARGEST_INPUT:
-            raise RunError(f"{path}: is too large for a file of a run; put back the original")
-        return path.read_bytes().decode()
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise RunError(f"{path}: cannot be read ({why}); put it back, or start a new run") from None
+    """Return a text file of a run, byte for byte, or the sentence that says why it cannot be."""
+    return read_text(path, RUN_FILE)

@@ -16,6 +16,7 @@ from cgagen.errors import StoppedError
 from cgagen.evolve import Bits, first_generation, next_generation
 from cgagen.run import folder as run_folder
 from cgagen.run.record import RunRecord
+from cgagen.run.sound import check_populations, check_tables, trouble_of
 from cgagen.run.stop import Stopped
 from cgagen.run.streams import Purpose, stream
 from cgagen.shell import command
@@ -112,7 +113,11 @@ def state_of(job: Job) -> Checkpoint:
     shape = (settings.evolution.population, settings.evolution.bits)
     path = job.folder / run_folder.CHECKPOINT
     if path.exists():
-        return checkpoint.restore(path, job.record.digest, job.trial, shape)
+        state = checkpoint.restore(path, job.record.digest, job.trial, shape)
+        trouble = trouble_of(state, settings)
+        if trouble:
+            raise checkpoint.damaged(str(path), trouble)
+        return state
     rng = stream(settings.seed, job.trial, 0, Purpose.POPULATION)
     return Checkpoint(job.record.digest, job.trial, first_generation(settings.evolution, rng))
 
@@ -127,7 +132,9 @@ def run_trial(job: Job, make_world: WorldFactory, observe: Observer, stopped: St
     """
     state = state_of(job)
     last = job.record.settings.generations
+    check_populations(job.folder, state, job.record.settings)
     if state.completed >= last:
+        complete(job, state)
         return
     world = make_world(job.threads)
     try:
@@ -148,6 +155,7 @@ def _run(
     settings = job.record.settings
     rng = stream(settings.fixed_starts_seed, 0, 0, Purpose.FIXED_STARTS)
     fixed_starts = world.draw_starts(rng, settings.fixed_starts)
+    _check_best(job, state, world, fixed_starts)
     clock = _Clock(job, state.completed)
     saved_at, saved = time.monotonic(), state.completed
     while state.completed < settings.generations and not stopped():
@@ -161,6 +169,25 @@ def _run(
     if saved < state.completed:
         _save(job, state)
     return state
+
+
+def _check_best(
+    job: Job, state: Checkpoint, world: World, fixed_starts: NDArray[np.float64]
+) -> None:
+    """Let the best individual of a checkpoint play again: it must be as good as that says.
+
+    Raises:
+        RunError: it is not.
+    """
+    if state.best is None:
+        return
+    scores = world.evaluate(state.best.bits[None, :], fixed_starts)
+    found = (float(scores.fitness[0]), float(scores.captured[0]))
+    if found != (state.best.fitness, state.best.captured):
+        raise checkpoint.damaged(
+            str(job.folder / run_folder.CHECKPOINT),
+            f"its best individual has fitness {found[0]}, not {state.best.fitness}",
+        )
 
 
 def _generation(
@@ -210,12 +237,34 @@ def _better(best: Best | None, generation: int, bits: Bits, scores: Scores) -> B
 
 def _save(job: Job, state: Checkpoint) -> None:
     """Write what is reported so far, and the checkpoint last: it vouches for the others."""
-    files.write_text(job.folder / run_folder.TRAINING, run_folder.reports_csv(state.training))
-    files.write_text(job.folder / run_folder.FITNESS, run_folder.reports_csv(state.fixed))
+    for name, text in _tables(job, state).items():
+        files.write_text(job.folder / name, text)
+    checkpoint.save(job.folder / run_folder.CHECKPOINT, state)
+
+
+def _tables(job: Job, state: Checkpoint) -> dict[str, str]:
+    """Return the files that follow from a state, by name."""
+    tables = {
+        run_folder.TRAINING: run_folder.reports_csv(state.training),
+        run_folder.FITNESS: run_folder.reports_csv(state.fixed),
+    }
     if state.best is not None:
         best = run_folder.best_genome(job.record, job.trial, state.best)
-        files.write_text(job.folder / run_folder.BEST, genome.to_text(best))
-    checkpoint.save(job.folder / run_folder.CHECKPOINT, state)
+        tables[run_folder.BEST] = genome.to_text(best)
+    return tables
+
+
+def complete(job: Job, state: Checkpoint) -> None:
+    """Make sure that a trial that is done has its files; what is missing is written again.
+
+    Raises:
+        RunError: one is cut, damaged or edited.
+        StorageError: the disk refused.
+    """
+    for name, text in _tables(job, state).items():
+        if not (job.folder / name).exists():
+            files.write_text(job.folder / name, text)
+    check_tables(job.folder, state)
 
 
 class _Clock:

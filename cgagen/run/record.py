@@ -1,6 +1,5 @@
 """The settings of a run, and the text of `0-run.toml` that repeats them exactly."""
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -11,7 +10,9 @@ import tomli_w
 from cgagen import files
 from cgagen.errors import RunError
 from cgagen.evolve import Settings
+from cgagen.notations import parse_toml
 from cgagen.run.streams import GENERATION_BITS, SEED_BITS, TRIAL_BITS
+from cgagen.shown import short, shown
 from cgagen.words import GENOME_BITS
 
 FORMAT = "cgagen-run-1"
@@ -187,12 +188,12 @@ def from_text(text: str, name: Path, read_input: Callable[[str], str]) -> RunRec
             file that is not the one the run began with.
     """
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        data = parse_toml(text)
+    except ValueError as error:
         raise RunError(f"{name}: is not TOML ({error}); put back the file as it was") from None
     if data.get("format") != FORMAT:
         raise RunError(
-            f"{name}: format is {data.get('format')!r}, and this version reads {FORMAT!r}; "
+            f"{name}: format is {shown(data.get('format'))}, and this version reads {FORMAT!r}; "
             "continue the run with the version that began it, or start a new one"
         )
     try:
@@ -239,6 +240,6 @@ def _plain(value: Any) -> Any:
 def _changed(name: Path, why: str) -> RunError:
     """Return the sentence for a record that somebody edited."""
     return RunError(
-        f"{name}: has been changed since the run began ({why}); put it back, or start a new run "
-        "with other settings in another folder"
+        f"{name}: has been changed since the run began ({short(why, 200)}); put it back, or start "
+        "a new run with other settings in another folder"
     )

@@ -9,8 +9,17 @@ from cgagen import __version__, files, genome
 from cgagen.checkpoint import Best, Report
 from cgagen.errors import RunError, StoppedError, StorageError
 from cgagen.run import folder as run_folder
-from cgagen.run.loop import Job, Observer, Progress, WorldFactory, run_trial, state_of
+from cgagen.run.loop import (
+    Job,
+    Observer,
+    Progress,
+    WorldFactory,
+    complete,
+    run_trial,
+    state_of,
+)
 from cgagen.run.record import RunRecord
+from cgagen.run.sound import check_best, check_populations
 from cgagen.run.stop import Stopped, never
 from cgagen.run.workers import run_in_processes
 from cgagen.shell import command
@@ -129,9 +138,23 @@ def resume(
         run_folder.sweep(folder)
         jobs = _jobs(folder, record)
         if _is_complete(folder, jobs):
-            return _outcome(folder, jobs, was_complete=True)
+            return _checked(folder, jobs, _outcome(folder, jobs, was_complete=True))
         with _resumable(folder):
             return _run_all(folder, record, make_world(record), workers, observe, stopped)
+
+
+def _checked(folder: Path, jobs: list[Job], outcome: Outcome) -> Outcome:
+    """Return the outcome of a run that is done, if its files are whole.
+
+    Raises:
+        RunError: one is missing, cut, damaged or edited; the sentence names it.
+    """
+    states = {job.trial: state_of(job) for job in jobs}
+    for job in jobs:
+        check_populations(job.folder, states[job.trial], job.record.settings)
+        complete(job, states[job.trial])
+    check_best(folder / run_folder.BEST, states[outcome.best.trial])
+    return outcome
 
 
 @contextmanager

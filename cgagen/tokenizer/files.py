@@ -2,16 +2,15 @@
 
 from pathlib import Path
 
-from cgagen.errors import FolderError, SourceError
+from cgagen.errors import FolderError
 from cgagen.files import write_bytes, write_text
+from cgagen.inputs import SOURCE, read_bytes
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image
 
 MAP_TITLE = "line,column,bit"
 """First line of a source map; what starts with it may be overwritten by the next one."""
-
-_LARGEST_SOURCE = 1 << 20
 
 
 def read_source(path: Path) -> str:
@@ -22,13 +21,7 @@ def read_source(path: Path) -> str:
     Raises:
         SourceError: it cannot be read, or is no text.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(_LARGEST_SOURCE)
-    except OSError as error:
-        raise SourceError(
-            f"{path}: cannot be read ({error.strerror or error}); name a PBASIC source"
-        ) from error
+    content = read_bytes(path, SOURCE)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -5,11 +5,19 @@ from pathlib import Path
 
 from cgagen.errors import ToolchainError
 from cgagen.files import digest
+from cgagen.inputs import MIB, Kind, read_bytes_if_there
 
 PACKAGE = "pbasic-tokenizer"
 VERSION = "0.3.0"
 TOKENIZER_SHA256 = "e17fce576f4fda9acc174bb96986059e878f4aaef1c9867b4d20680226cc2832"
 """Of `index.js` in that version, as npm delivers it. Ref: S3, measured."""
+
+TOKENIZER = Kind(
+    "the tokenizer",
+    64 * MIB,
+    ToolchainError,
+    f"give a file of `npm pack {PACKAGE}@{VERSION}`, or its index.js",
+)
 
 
 def tokenizer_path() -> Path:
@@ -28,18 +36,17 @@ def find_tokenizer() -> Path:
     """
     given = os.environ.get("CGAGEN_TOKENIZER")
     path = Path(given) if given else tokenizer_path()
-    try:
-        content = path.read_bytes()
-    except OSError as error:
+    content = read_bytes_if_there(path, TOKENIZER)
+    if content is None:
         if given:
             raise ToolchainError(
-                f"CGAGEN_TOKENIZER names {path}, which cannot be read ({error.strerror}); "
+                f"CGAGEN_TOKENIZER names {path}, which is not there; "
                 f"give the index.js of {PACKAGE} {VERSION}, or unset it and run `cgagen setup`"
-            ) from error
+            )
         raise ToolchainError(
             "Parallax's tokenizer is not on this machine yet; run `cgagen setup` once, or "
             "`cgagen setup --offline FILE` where there is no network"
-        ) from error
+        )
     if digest(content) != TOKENIZER_SHA256:
         mend = (
             "unset CGAGEN_TOKENIZER and run `cgagen setup`"

@@ -12,8 +12,10 @@ from pathlib import Path
 
 from cgagen.errors import NetworkError, StorageError, ToolchainError
 from cgagen.files import digest, make_folder, write_bytes
+from cgagen.inputs import gunzipped, read_bytes
 from cgagen.toolchain.cache import (
     PACKAGE,
+    TOKENIZER,
     TOKENIZER_SHA256,
     VERSION,
     find_tokenizer,
@@ -154,26 +156,21 @@ def _npm_error(output: str) -> NetworkError | ToolchainError:
 
 
 def _from_file(path: Path) -> dict[str, bytes]:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ToolchainError(
-            f"{path}: cannot be read ({error.strerror}); give a file of "
-            f"`npm pack {PACKAGE}@{VERSION}`, or its index.js"
-        ) from error
+    content = read_bytes(path, TOKENIZER)
     if not content.startswith(b"\x1f\x8b"):
         return {"index.js": content}
     files: dict[str, bytes] = {}
     try:
         # Members are read into memory by name; nothing is ever unpacked to where it says.
-        with tarfile.open(fileobj=BytesIO(content), mode="r:gz") as archive:
+        whole = gunzipped(content, path, TOKENIZER)
+        with tarfile.open(fileobj=BytesIO(whole), mode="r:") as archive:
             for member in archive:
                 name = member.name.removeprefix("package/")
                 wanted = member.name == f"package/{name}" and name in ("index.js", "LICENSE")
                 if wanted and member.isfile() and member.size <= _LARGEST:
                     file = archive.extractfile(member)
                     files[name] = file.read() if file is not None else b""
-    except (tarfile.TarError, EOFError, OSError) as error:
+    except (tarfile.TarError, EOFError, OSError, ValueError, OverflowError) as error:
         raise ToolchainError(
             f"{path}: is not a whole tarball ({error}); make it again with "
             f"`npm pack {PACKAGE}@{VERSION}`"

@@ -82,17 +82,11 @@ def calibrate_verb(
 
 
 def _text_of(name: str) -> str:
-    from cgagen.errors import MeasurementError
+    from cgagen.inputs import MEASUREMENTS, decoded, read_stream, read_text
 
-    try:
-        data = sys.stdin.buffer.read() if name == TYPED else Path(name).read_bytes()
-        return data.decode("utf-8-sig")
-    except OSError as error:
-        raise MeasurementError(
-            f"{name}: cannot be read ({error.strerror}); give a table, or - to type one"
-        ) from error
-    except UnicodeDecodeError as error:
-        raise MeasurementError(f"{name}: not UTF-8 at byte {error.start}; save it so") from error
+    if name != TYPED:
+        return read_text(name, MEASUREMENTS)
+    return decoded(read_stream(sys.stdin.buffer, name, MEASUREMENTS), name, MEASUREMENTS)
 
 
 def _refuse_existing(output: Path | None, force: bool) -> None:

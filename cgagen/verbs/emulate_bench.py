@@ -11,6 +11,7 @@ from cgagen.emulator.parts.signal import Signal
 from cgagen.emulator.pins import PINS
 from cgagen.emulator.programs import MAIN, bench_of_image, bench_of_sources
 from cgagen.emulator.wires import Strength
+from cgagen.inputs import start_of
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.chips import chip as chip_row
 from cgagen.stamp.compiled import Compiled
@@ -86,12 +87,8 @@ def hold_pin(bench: Bench, chip: Chip, word: str) -> None:
 def _is_image(file: Path) -> bool:
     if file.suffix == ".bin":
         return True
-    try:
-        with file.open("rb") as stream:
-            data = stream.read(EEPROM_BYTES + 1)
-    except OSError:
-        return False
-    return len(data) == EEPROM_BYTES and b"\0" in data
+    data = start_of(file, EEPROM_BYTES + 1)
+    return data is not None and len(data) == EEPROM_BYTES and b"\0" in data
 
 
 def _bench_of_source(file: Path, model: str | None) -> Bench:

@@ -9,11 +9,16 @@ from cgagen.build import read_record
 from cgagen.build.checked import checked_images
 from cgagen.build.record import RECORD_FILE
 from cgagen.errors import ImageError
+from cgagen.inputs import IMAGE, read_bytes
 from cgagen.stamp.chips import CHIPS, EEPROM_BYTES, chip
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
 from cgagen.verbs.info_image import SOURCE_SUFFIXES
+
+TO_FLASH = replace(
+    IMAGE, mend=f"name a build folder, a source, or an image of {EEPROM_BYTES:,} bytes"
+)
 
 
 def images_at(file: Path, model: str | None, slot: int) -> dict[str, Image]:
@@ -42,14 +47,7 @@ def images_at(file: Path, model: str | None, slot: int) -> dict[str, Image]:
 
 
 def _bare(file: Path, model: str | None, slot: int) -> Image:
-    try:
-        with file.open("rb") as stream:
-            eeprom = stream.read(EEPROM_BYTES + 1)
-    except OSError as error:
-        raise ImageError(
-            f"{file}: cannot be read ({error.strerror or error}); name a build folder, a source, "
-            f"or an image of {EEPROM_BYTES:,} bytes"
-        ) from error
+    eeprom = read_bytes(file, TO_FLASH)
     if model is None:
         names = ", ".join(row.name for row in CHIPS)
         raise click.UsageError(

@@ -1,6 +1,5 @@
 """`cgagen info`: what a file of ours is, in words."""
 
-import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -176,13 +175,10 @@ def _run(console: Console, folder: Path) -> None:
 
 
 def _robot(console: Console, file: Path) -> None:
+    from cgagen.inputs import ROBOT, start_of
     from cgagen.robot import load_arena, load_robot
 
-    try:
-        is_arena = 'format = "cgagen-arena-1"' in file.read_text("utf-8")
-    except (OSError, UnicodeDecodeError):
-        is_arena = False
-    if is_arena:
+    if b'format = "cgagen-arena-1"' in (start_of(file, ROBOT.most) or b""):
         arena = load_arena(str(file))
         data = {"kind": "arena", "name": arena.name, "digest": arena.digest}
         text = (
@@ -207,11 +203,8 @@ def _robot(console: Console, file: Path) -> None:
 
 
 def _build(console: Console, folder: Path) -> None:
-    from cgagen.errors import FolderError
+    from cgagen.build import read_record
+    from cgagen.inputs import BUILD_FILE, read_text
 
-    try:
-        data = json.loads((folder / "build.json").read_text("utf-8"))
-        memory = (folder / "memory.txt").read_text("utf-8")
-    except (OSError, ValueError) as error:
-        raise FolderError(f"{folder}: not a whole build ({error}); build it again") from error
+    data, memory = read_record(folder), read_text(folder / "memory.txt", BUILD_FILE)
     console.result({"kind": "build", **data}, f"{folder.name}: a build\n\n{memory.rstrip()}")

@@ -9,7 +9,8 @@ from pathlib import Path
 import click
 
 from cgagen.build import read_image, read_record
-from cgagen.errors import CgagenError, ImageError
+from cgagen.errors import CgagenError
+from cgagen.inputs import IMAGE, read_bytes
 from cgagen.stamp.chips import CHIPS, EEPROM_BYTES, chip
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.decode import decode
@@ -90,14 +91,7 @@ def find_image(console: Console, file: Path, model: str | None) -> Found:
 
 
 def _read(file: Path) -> bytes:
-    try:
-        with file.open("rb") as stream:
-            return stream.read(EEPROM_BYTES + 1)
-    except OSError as error:
-        raise ImageError(
-            f"{file}: cannot be read ({error.strerror or error}); name an image of "
-            f"{EEPROM_BYTES:,} bytes"
-        ) from error
+    return read_bytes(file, IMAGE)
 
 
 def _built(file: Path) -> Image | None:

@@ -4,15 +4,14 @@ A line of `.log` is `(seconds.microseconds) channel ID#DATA`, with a T or R behi
 received, as python-can's CanutilsLogWriter writes it; can-utils demand exactly six decimals.
 """
 
-import gzip
 import io
 import re
-import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from cgagen.errors import CgagenError
+from cgagen.inputs import TRACE, decoded, gunzipped, read_bytes
 from hil.frames import Frame
 from hil.messages import BY_ID, HOST
 from hil.traces.values import refused
@@ -102,7 +101,9 @@ def read_rows(path: Path, name: str) -> Iterator[Row]:
     if suffix == ".log":
         yield from parse_log(read_text(path, name), name)
     elif suffix == ".gz":
-        yield from parse_log(_unpacked(path, name), name)
+        yield from parse_log(
+            decoded(gunzipped(read_bytes(path, TRACE), name, TRACE), name, TRACE), name
+        )
     else:
         yield from _messages(path, name)
 
@@ -113,33 +114,7 @@ def read_text(path: Path, name: str) -> str:
     Raises:
         TraceError: it cannot be read, or is no text.
     """
-    return _decoded(_bytes(path, name), name)
-
-
-def _bytes(path: Path, name: str) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise refused(
-            name, "", f"cannot be read ({error.strerror or error})", "name a trace"
-        ) from error
-
-
-def _decoded(data: bytes, name: str) -> str:
-    try:
-        return data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise refused(
-            name, f"line {line}", f"byte {data[error.start]:02X} is no text", "name a trace"
-        ) from error
-
-
-def _unpacked(path: Path, name: str) -> str:
-    try:
-        return _decoded(gzip.decompress(_bytes(path, name)), name)
-    except (OSError, EOFError, zlib.error) as error:
-        raise refused(name, "", f"cannot be unpacked ({error})", "fetch it again") from error
+    return decoded(read_bytes(path, TRACE), name, TRACE)
 
 
 def _kind_of(extended: bool, payload: str) -> tuple[str, bytes]:
@@ -168,7 +143,7 @@ def _messages(path: Path, name: str) -> Iterator[Row]:
     """Read what python-can reads; whatever it raises is one sentence."""
     from can import ASCReader, BLFReader, TRCReader
 
-    suffix, data = path.suffix.lower(), _bytes(path, name)
+    suffix, data = path.suffix.lower(), read_bytes(path, TRACE)
     if suffix == ".asc" and _RELATIVE.search(data):
         raise refused(
             name,

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from cgagen.files import digest
+from cgagen.inputs import SIDECAR, TRACE, read_bytes, read_bytes_if_there
+from cgagen.notations import parse_json
 from cgagen.robot import Robot, load_robot, shipped
 from cgagen.words import Role
 from hil.dbc import dbc_text
@@ -70,28 +72,21 @@ def read_origin(path: Path, name: str) -> Origin | None:
     _check_dbc(path, name)
     beside = sidecar_path(path)
     where = sidecar_path(Path(name))
-    try:
-        text = beside.read_text("utf-8")
-    except FileNotFoundError:
+    content = read_bytes_if_there(beside, SIDECAR)
+    if content is None:
         return None
-    except (OSError, UnicodeDecodeError) as error:
-        raise refused(where, "", f"cannot be read ({error})") from error
     try:
-        row = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        line = getattr(error, "lineno", 1)
-        raise refused(where, f"line {line}", f"is no JSON ({error})") from error
+        row = parse_json(content)
+    except ValueError as error:
+        raise refused(where, "", f"is no JSON ({error})") from error
     origin = _origin(row, str(where))
     _check_content(row, path, name, str(where))
     return origin
 
 
 def _check_dbc(path: Path, name: str) -> None:
-    try:
-        text = path.with_name(DBC_FILE).read_bytes()
-    except OSError:
-        return
-    if text != dbc_text().encode():
+    text = read_bytes_if_there(path.with_name(DBC_FILE), SIDECAR)
+    if text is not None and text != dbc_text().encode():
         raise refused(
             name,
             "",
@@ -105,11 +100,7 @@ def _check_content(row: dict[str, Any], path: Path, name: str, where: str) -> No
         raise refused(name, "", f"{where} says that it was recorded by another {DBC_FILE}")
     if row["tick_ns"] != TICK_NS:
         raise refused(where, "tick_ns", f"is {row['tick_ns']}, and a rig's is {TICK_NS}")
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise refused(name, "", f"cannot be read ({error.strerror})", "name a trace") from error
-    if row["trace"] != digest(data):
+    if row["trace"] != digest(read_bytes(path, TRACE)):
         raise refused(
             name,
             "",

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from cgagen.errors import FolderError, TraceError
 from cgagen.files import write_bytes, write_text
+from cgagen.inputs import TRACE, read_bytes
 from cgagen.robot import Robot
 from hil.dbc import dbc_text
 from hil.traces.candump import SUFFIXES, log_text, read_rows, read_text
@@ -136,8 +137,8 @@ def write_trace(path: Path, trace: Trace, robot: Robot, force: bool = False) -> 
 
 def _content(path: Path) -> bytes | None:
     try:
-        return path.read_bytes()
-    except OSError:
+        return read_bytes(path, TRACE)
+    except TraceError:
         return None
 
 
@@ -147,4 +148,4 @@ def write_beside(path: Path, origin: Origin, readings: int, robot: Robot) -> Non
     Raises:
         StorageError: the disk refuses.
     """
-    write_text(sidecar_path(path), sidecar_text(origin, path.read_bytes(), readings, robot))
+    write_text(sidecar_path(path), sidecar_text(origin, read_bytes(path, TRACE), readings, robot))

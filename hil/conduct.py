@@ -26,7 +26,7 @@ def try_conduct(subject: Subject, compile_source: Compile) -> Trial:
     """
     trial = Trial("emulator:conduct")
     if subject.robot.link.step_line is None:
-        trial.verdict = Verdict.UNPROVEN
+        trial.verdict = Verdict.NOT_TRIED
         trial.reason = f"{subject.robot.name} has no step line, on which these checks are made"
         return trial
     for number, (name, judge) in enumerate(_judges(subject, compile_source).items()):

@@ -1,7 +1,8 @@
 """Two targets, one list of stimuli, a verdict.
 
 PASS: all answers are alike. FAIL: one is not, or a living target does not answer. BLOCKED: the
-bench is sick, so nothing is known. UNPROVEN: nothing could be applied.
+bench is sick, so nothing is known. UNPROVEN: nothing could be applied. NOT TRIED: it was left
+out of this run, and the row says why; the whole is UNPROVEN then.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -29,11 +30,12 @@ class Verdict(StrEnum):
     FAIL = "FAIL"
     BLOCKED = "BLOCKED"
     UNPROVEN = "UNPROVEN"
+    NOT_TRIED = "NOT TRIED"
 
     @property
     def exit_code(self) -> int:
         """The command line's."""
-        return {"PASS": 0, "BLOCKED": 7, "FAIL": 9, "UNPROVEN": 11}[self.value]
+        return {"PASS": 0, "BLOCKED": 7, "FAIL": 9}.get(self.value, 11)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +105,24 @@ Heard = Callable[[Stimulus, Observation, Observation | None, bool], None]
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
     """Return what several trials come to: FAIL before BLOCKED before UNPROVEN before PASS.
 
-    >>> str(worst([Verdict.PASS, Verdict.UNPROVEN])), str(worst([]))
+    Of a whole in which something was not tried nothing better is known than UNPROVEN.
+
+    >>> str(worst([Verdict.PASS, Verdict.NOT_TRIED])), str(worst([]))
     ('UNPROVEN', 'UNPROVEN')
     """
-    order = [Verdict.FAIL, Verdict.BLOCKED, Verdict.UNPROVEN, Verdict.PASS]
-    return min(verdicts, key=order.index, default=Verdict.UNPROVEN)
+    order = [Verdict.FAIL, Verdict.BLOCKED, Verdict.UNPROVEN, Verdict.NOT_TRIED, Verdict.PASS]
+    found = min(verdicts, key=order.index, default=Verdict.UNPROVEN)
+    return Verdict.UNPROVEN if found is Verdict.NOT_TRIED else found
+
+
+def not_tried(target: str, reason: str) -> Trial:
+    """Return the row of what a run leaves out.
+
+    Args:
+        target: on which it would have been tried.
+        reason: why it was not, and what would have it tried.
+    """
+    return Trial(target, Verdict.NOT_TRIED, reason)
 
 
 def compare(

@@ -1,5 +1,6 @@
 """What came of all trials of one robot."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from hil.equivalence import Explain, Finding, Trial, Verdict, worst
@@ -53,6 +54,11 @@ class Report:
         """Note a trial."""
         self.trials[name] = trial
         self.evidence.trial(name, trial)
+
+    def add_all(self, rows: Iterable[tuple[str, Trial]]) -> None:
+        """Note several trials, each with its name."""
+        for name, trial in rows:
+            self.add(name, trial)
 
     @property
     def verdict(self) -> Verdict:

@@ -33,6 +33,7 @@ def report_of(
     kills: Sequence[Mapping[str, Any]] = (),
     requirements: Sequence[Mapping[str, Any]] = (),
     verdicts: Iterable[Verdict] = (),
+    left_out: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """Return the report, as JSON has it.
 
@@ -44,9 +45,12 @@ def report_of(
         kills: matrices of `hil.kills`; those of other images are left out.
         requirements: rows of `hil.requirements.matrix`.
         verdicts: of what is no trial of a robot, such as tests that failed otherwise.
+        left_out: why tests were skipped, by name; the whole is UNPROVEN then.
     """
     rows = [_robot(data, kills) for data in sorted(robots, key=lambda one: (one["role"], str(one)))]
+    skipped = dict(left_out or {})
     found = [*verdicts, *(Verdict(row["verdict"]) for row in rows)]
+    found += [Verdict.NOT_TRIED] * len(skipped)
     return {
         "format": FORMAT,
         "cgagen": __version__,
@@ -56,6 +60,7 @@ def report_of(
         "again": again,
         "robots": rows,
         "requirements": list(requirements),
+        "not_tried": [{"test": name, "reason": why} for name, why in sorted(skipped.items())],
     }
 
 

@@ -10,7 +10,7 @@ from cgagen.words import GENES, Situation, situation_name
 
 TEMPLATE = "hil-report.html.jinja"
 
-MARKS = {"PASS": "✓", "FAIL": "✗", "BLOCKED": "⊘", "UNPROVEN": "?"}
+MARKS = {"PASS": "✓", "FAIL": "✗", "BLOCKED": "⊘", "UNPROVEN": "?", "NOT TRIED": "-"}
 """Beside every colour stands a sign."""
 
 MS = 1_000_000

@@ -80,7 +80,6 @@ def test_every_movement_is_the_one_commanded(hil_subject: Subject, hil_judge: Ju
 def test_the_longest_decision_and_all_frames_are_in_time(
     hil_subject: Subject, hil_judge: Judge, hil_evidence: Evidence
 ) -> None:
-    _needs_step_line(hil_subject)
     trial, hil_evidence.timing = try_timing(hil_subject)
     hil_judge(trial)
 
@@ -88,11 +87,5 @@ def test_the_longest_decision_and_all_frames_are_in_time(
 @pytest.mark.hil_req("GO", "BENCH", "FRAMES")
 def test_both_controllers_conduct_themselves(hil_subject: Subject, hil_judge: Judge) -> None:
     """On all lines and on the port: one chip at a time, the other one played by hand."""
-    _needs_step_line(hil_subject)
     trial = hil_judge(try_conduct(hil_subject, compile_source))
     assert trial.decisions == 2
-
-
-def _needs_step_line(subject: Subject) -> None:
-    if subject.robot.link.step_line is None:
-        pytest.skip(f"{subject.robot.name} has no step line, by which decisions are timed")

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from cgagen.pytest_plugin.session import SESSION
 from hil.equivalence import Trial
 from hil.evidence import Evidence
 from hil.proof import prove
@@ -18,23 +19,25 @@ from hil.verify import SAMPLED_CELLS
 Judge = Callable[[Trial], Trial]
 
 
+WHOLE = pytest.param(None, id="whole", marks=pytest.mark.hil_req("SPACE"))
+"""Only all of the cells stand for the whole space."""
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Take as many cells as the level says."""
+    whole = metafunc.config.stash[SESSION].asked.level == Level.EXHAUSTIVE
+    metafunc.parametrize("cells", [WHOLE if whole else pytest.param(SAMPLED_CELLS, id="sample")])
+
+
 @pytest.mark.hil_req("DECISIONS")
-def test_a_sample_of_the_cells_agrees(
-    hil_subject: Subject, hil_config: Any, hil_judge: Judge, hil_evidence: Evidence
-) -> None:
-    proof = prove(hil_subject, SAMPLED_CELLS, hil_config.seed)
-    hil_evidence.proof(proof)
-    hil_judge(proof.trial())
-    assert proof.tried == min(SAMPLED_CELLS, proof.cells)
-
-
-@pytest.mark.hil_req("SPACE")
 def test_the_image_decides_as_the_simulator(
-    hil_subject: Subject, hil_config: Any, hil_judge: Judge, hil_evidence: Evidence
+    hil_subject: Subject,
+    hil_config: Any,
+    hil_judge: Judge,
+    hil_evidence: Evidence,
+    cells: int | None,
 ) -> None:
-    if hil_config.level != Level.EXHAUSTIVE:
-        pytest.skip("a proof takes all cells: --hil-level exhaustive")
-    proof = prove(hil_subject)
+    proof = prove(hil_subject, cells, hil_config.seed)
     hil_evidence.proof(proof)
     hil_judge(proof.trial())
-    assert proof.proven
+    assert proof.tried == (proof.cells if cells is None else min(cells, proof.cells))

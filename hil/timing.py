@@ -52,7 +52,7 @@ def try_timing(subject: Subject) -> tuple[Trial, Timing | None]:
     """
     trial = Trial("emulator:timing")
     if subject.robot.link.step_line is None:
-        trial.verdict = Verdict.UNPROVEN
+        trial.verdict = Verdict.NOT_TRIED
         trial.reason = f"{subject.robot.name} has no step line, by which its decisions are timed"
         return trial, None
     try:

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
 from cgagen.errors import CgagenError, RigError, SourceError, TargetTimeout
+from hil import untried
 from hil.benches import Counted, looking
 from hil.conduct import try_conduct
 from hil.emulated import MOST_SONAR_COUNTS, PinsTarget
@@ -73,15 +75,19 @@ def verify(
         report.add("emulator", try_target(subject, lambda: PinsTarget(subject), fast, ear))
         if readings is None:
             _with_walks(report, subject, compile_source)
+        else:
+            report.add_all(untried.beside_readings())
         for trace in traces:
             _with_trace(report, subject, lambda: PinsTarget(subject), trace)
-    for make in others:
-        trial = try_target(subject, make, fast, ear, widened=readings is None)
+    asked = [make() for make in others]
+    for make, target in zip(others, asked, strict=True):
+        trial = try_target(subject, partial(_itself, target), fast, ear, widened=readings is None)
         report.add(trial.target, trial)
         for trace in traces:
             _with_trace(report, subject, make, trace)
     if legs is not None:
         report.add("legs", try_legs(legs, subject))
+    report.add_all(untried.of_wires(asked, legs))
     report.evidence.count(counted, compile_source)
     return report
 
@@ -113,10 +119,8 @@ def _with_trace(report: Report, subject: Subject, make: Callable[[], Target], tr
 
 
 def _with_walks(report: Report, subject: Subject, compile_source: Compile) -> None:
-    """Try the movements, and with a step line the robot's time, and its conduct on all lines."""
+    """Try the movements, the robot's time, and its conduct on all lines."""
     report.add("movements", try_walks(subject))
-    if subject.robot.link.step_line is None:
-        return
     trial, report.evidence.timing = try_timing(subject)
     report.add("timing", trial)
     report.add("conduct", try_conduct(subject, compile_source))
@@ -189,11 +193,12 @@ def with_registers(
     try:
         target = RegisterTarget(subject, compile_source)
         target.open()
-    except TargetTimeout as error:
-        report.add(f"{prefix}registers", blocked("emulator:registers", error))
-        return
     except CgagenError as error:
-        report.add(f"{prefix}registers", Trial("emulator:registers", Verdict.UNPROVEN, str(error)))
+        trial = Trial("emulator:registers", Verdict.UNPROVEN, str(error))
+        if isinstance(error, TargetTimeout):
+            trial = blocked("emulator:registers", error)
+        report.add(f"{prefix}table", untried.table_behind(str(error)))
+        report.add(f"{prefix}registers", trial)
         return
     table = try_table(subject, target)
     report.add(f"{prefix}table", table)
@@ -233,6 +238,10 @@ def try_table(subject: Subject, target: RegisterTarget) -> Trial:
         trial.smallest = trial.findings[0]
         trial.verdict, trial.reason = Verdict.FAIL, trial.smallest.why
     return trial
+
+
+def _itself(target: Target) -> Target:
+    return target
 
 
 def with_beside(target: Target, readings: Sequence[Stimulus]) -> list[Stimulus]:

@@ -1,6 +1,7 @@
 """An emulated rig in a process of its own, and the command line that asks it."""
 
 import select
+import re
 import signal
 import socket
 import subprocess
@@ -35,10 +36,13 @@ def test_verify_asks_a_rig_in_another_process(
     assert url.startswith("can:slcan:/dev/")
     words = ["verify", "--build", str(FIRMWARE / "prey"), "--target", url]
     readings = ["--reading", "1000,0,0,0,0,0/--", "--reading", "0,0,0,0,0,0/LR"]
-    assert main([*words, *readings]) == 0
+    assert main([*words, *readings]) == 11
     out = capsys.readouterr().out
     assert f"{url}: a rig sees no EEPROM; by its own banner" in out
-    assert out.rstrip().endswith("PASS")
+    assert re.search(rf"\n{re.escape(url)} +PASS +2 +2 ", out)
+    untried = ["cells", "movements", "timing", "conduct", "legs", "main bytes"]
+    assert re.findall(r"\n(\w+(?: bytes)?) +NOT TRIED ", out) == untried
+    assert out.rstrip().endswith("UNPROVEN")
 
     words[2] = str(FIRMWARE / "predator")
     assert main([*words, "--reading", "0,0,0/--/0,0"]) == 7

@@ -80,7 +80,7 @@ def changed(one: Subject, chip: str, old: str, new: str, tokenizer: Tokenizer) -
 
 def test_without_a_step_line_nothing_is_said(tokenizer: Tokenizer) -> None:
     trial = try_conduct(subject("prey-free-running"), tokenizer.compile)
-    assert trial.verdict is Verdict.UNPROVEN
+    assert trial.verdict is Verdict.NOT_TRIED
     assert "no step line" in trial.reason
 
 

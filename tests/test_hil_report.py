@@ -270,7 +270,7 @@ def test_timing_is_of_the_robot(predator: Subject) -> None:
     free = replace(
         predator, robot=replace(predator.robot, link=replace(predator.robot.link, step_line=None))
     )
-    assert try_timing(free)[0].verdict is Verdict.UNPROVEN
+    assert try_timing(free)[0].verdict is Verdict.NOT_TRIED
 
 
 def test_wrong_files_are_sentences(tmp_path: Path) -> None:

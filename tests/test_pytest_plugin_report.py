@@ -1,6 +1,7 @@
 """What a run with the plugin leaves behind."""
 
 import json
+import re
 from pathlib import Path
 
 from tests.plugin_runs import FIRMWARE, inside, run
@@ -162,3 +163,33 @@ def test_workers_of_xdist_share_one_report(tmp_path: Path) -> None:
     assert alone == shared
     assert len(alone[0]["trials"]) == 4
     assert sum(row["readings"][0] for row in alone[0]["states"]) > 500
+
+
+def test_what_was_skipped_stands_everywhere_and_is_no_pass(tmp_path: Path) -> None:
+    (tmp_path / "test_own.py").write_text(
+        "import pytest\n"
+        "def test_it(hil_check, hil_oracle, hil_stimuli):\n"
+        "    hil_check(hil_oracle, hil_stimuli[:3])\n"
+        "@pytest.mark.hil_needs('power')\n"
+        "def test_power(hil_target): pass\n"
+        "@pytest.mark.skip(reason='no <time>')\n"
+        "def test_later(hil_subject): pass\n"
+        "@pytest.mark.skip\n"
+        "def test_of_something_else(): pass\n"
+    )
+    words = (f"--hil-build={FIRMWARE / 'prey'}", "--hil-report=r.json", "--hil-report=r.html")
+    for more in ((), ("-n", "2")):
+        ended = run(tmp_path, *words, *more, "--hil-target=simulator", "--junitxml=j.xml")
+        assert "1 passed, 3 skipped" in ended.stdout, ended.stdout
+        assert re.search(r"NOT TRIED test_own.py::test_later\S*: no <time>\n", ended.stdout)
+        assert "cannot show: power" in ended.stdout
+        assert "UNPROVEN: 2 tests of firmware were not tried" in ended.stdout
+        report = json.loads((tmp_path / "r.json").read_text())
+        assert report["verdict"] == "UNPROVEN"
+        assert [row["test"].partition("[")[0] for row in report["not_tried"]] == [
+            "test_own.py::test_later",
+            "test_own.py::test_power",
+        ]
+        assert "no &lt;time&gt;" in (tmp_path / "r.html").read_text("utf-8")
+        junit = (tmp_path / "j.xml").read_text("utf-8")
+        assert junit.count('<property name="hil_verdict" value="NOT TRIED"') == 2

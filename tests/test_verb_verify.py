@@ -50,8 +50,9 @@ def test_the_reference_passes() -> None:
 
 
 def test_a_prey_passes_without_a_genome() -> None:
-    code, data = verify("--robot", "servobot-prey", "--reading", "100,0,0,0,0,0/--")
+    code, data = verify("--robot", "servobot-prey")
     assert (code, data["verdict"]) == (0, "PASS")
+    assert {one["verdict"] for one in data["trials"].values()} == {"PASS"}
     assert data["trials"]["table"]["tried"].keys() == {str(state) for state in range(11)}
 
 
@@ -213,8 +214,14 @@ def test_both_controllers_on_wires() -> None:
         target, legs = (f"serial-reset:{one.url}" for one in server.endpoints)
         words = ("--build", str(FIRMWARE / "prey"), "--reading", "0,0,0,0,0,0/--")
         result = call("verify", *words, "--target", target, "--legs", legs)
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == 11, result.output
     assert re.search(r"\nlegs +PASS +8 +8 ", result.stdout)
+    assert re.findall(r"\n(\w+) +NOT TRIED ", result.stdout) == [
+        "cells",
+        "movements",
+        "timing",
+        "conduct",
+    ]
     assert f"--target {target} --legs {legs}" in result.stdout
 
 

@@ -57,6 +57,7 @@ from cgagen.pytest_plugin.ours import subjects_of
 from cgagen.pytest_plugin.session import (
     BLOCKED,
     LEVEL,
+    NOT_TRIED,
     REQUIREMENT,
     SESSION,
     VERDICT,
@@ -235,6 +236,9 @@ def pytest_runtest_makereport(
     """Say BLOCKED of a test that could not be made, and a sentence where that says all."""
     report = yield
     if call.excinfo is not None and _of_firmware(item):
+        if isinstance(call.excinfo.value, pytest.skip.Exception):
+            report.user_properties.append((VERDICT, NOT_TRIED))
+            item.user_properties.append((VERDICT, NOT_TRIED))  # for JUnit, which reads the last
         error, sets_up = call.excinfo.value, call.when == "setup"
         if blocked(error, sets_up):
             report.user_properties.append((VERDICT, BLOCKED))

@@ -87,3 +87,10 @@ def _built(wanted: HilConfig) -> "Subject":
         build = load("cgagen.build").make_build(robot, genome, tokenizer)
     subject: Subject = load("hil.subject").subject_of(build, wanted.genome or robot.name)
     return subject
+
+
+def reason_of(report: pytest.TestReport) -> str:
+    """Return why a test was skipped: the last of what pytest keeps of it."""
+    kept = report.longrepr
+    words = str(kept[-1]) if isinstance(kept, tuple) else str(kept)
+    return " ".join(words.removeprefix("Skipped: ").split())

@@ -14,7 +14,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cgagen.pytest_plugin.options import HilConfig, asked, given, in_ini_file
-from cgagen.pytest_plugin.ours import HERE, ROLES, errors, load, reference_folder, subject_for
+from cgagen.pytest_plugin.ours import (
+    HERE,
+    ROLES,
+    errors,
+    load,
+    reason_of,
+    reference_folder,
+    subject_for,
+)
 
 if TYPE_CHECKING:
     from hil.benches import Counted
@@ -34,10 +42,13 @@ DECIDING = ("target", "genome", "robot", "build", "level", "seed", "trace")
 OUTPUTS = ("record", "vcd", "coverage", "artifacts", "report")
 """Options that change nothing of what is tried."""
 
-PASSED, FAILED = "passed", "failed"
+PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 
 BLOCKED, UNPROVEN = "BLOCKED", "UNPROVEN"
 """Of a test that has failed, and not because a decision was wrong."""
+
+NOT_TRIED = "NOT TRIED"
+"""Of a test that was skipped: the whole is UNPROVEN then."""
 
 
 class HilSession:
@@ -50,6 +61,7 @@ class HilSession:
         config: see there.
         outcomes: of tests of firmware, by name: passed, failed, skipped, BLOCKED or UNPROVEN.
         requirements: names of tests, by the id of the requirement.
+        left_out: why tests of firmware were skipped, by name.
         failed: what was asked for could not be written.
     """
 
@@ -57,6 +69,7 @@ class HilSession:
         self.config = config
         self.outcomes: dict[str, str] = {}
         self.requirements: dict[str, list[str]] = {}
+        self.left_out: dict[str, str] = {}
         self.failed = False
         self._asked: HilConfig | None = None
         self._evidence: dict[str, Evidence] = {}
@@ -118,13 +131,15 @@ class HilSession:
     def note_test(self, report: pytest.TestReport) -> None:
         """Remember how a test of firmware has ended; a phase that is worse stays."""
         words = [name for name, _ in report.user_properties]
-        if LEVEL not in words and REQUIREMENT not in words:
+        if {LEVEL, REQUIREMENT, VERDICT}.isdisjoint(words):
             return
         last = [str(value) for name, value in report.user_properties if name == VERDICT][-1:]
         unknown = report.failed and last in ([BLOCKED], [UNPROVEN])
         outcome = last[0] if unknown else str(report.outcome)
         before = self.outcomes.get(report.nodeid, PASSED)
         self.outcomes[report.nodeid] = outcome if before == PASSED else before
+        if report.skipped and last == [NOT_TRIED]:
+            self.left_out[report.nodeid] = reason_of(report)
         for name, value in report.user_properties:
             if name == REQUIREMENT:
                 tests = self.requirements.setdefault(str(value), [])
@@ -146,6 +161,9 @@ class HilSession:
             return []
         robots = self._robots()
         lines = [line for robot in robots for line in self._told(robot)]
+        lines += [f"{NOT_TRIED} {name}: {why}" for name, why in sorted(self.left_out.items())]
+        if self.left_out:
+            lines.append(f"UNPROVEN: {len(self.left_out)} tests of firmware were not tried")
         if self._lost:
             lines.append(f"BLOCKED: {self._lost} workers have died with what they had found")
         try:
@@ -186,7 +204,7 @@ class HilSession:
     @property
     def _knows(self) -> bool:
         """Whether there is anything to tell; in the runs of others nothing of ours is imported."""
-        return bool(self._evidence or self._handed or self._counted)
+        return bool(self._evidence or self._handed or self._counted or self.left_out)
 
     def _robots(self) -> list[dict[str, Any]]:
         """Return what is known of each firmware, by this process and by all workers."""
@@ -234,7 +252,7 @@ class HilSession:
     def _write_reports(self, robots: list[dict[str, Any]]) -> list[Path]:
         report, requirements = load("hil.report"), load("hil.requirements")
         verdict = load("hil.equivalence").Verdict
-        words = {FAILED: "FAIL", BLOCKED: BLOCKED, UNPROVEN: UNPROVEN}
+        words = {FAILED: "FAIL", BLOCKED: BLOCKED, UNPROVEN: UNPROVEN, SKIPPED: NOT_TRIED}
         texts = requirements.read_requirements(self._requirements_file())
         data = report.report_of(
             robots,
@@ -245,6 +263,7 @@ class HilSession:
             requirements.matrix(texts, self.requirements, self.outcomes),
             [verdict(words[one]) for one in self.outcomes.values() if one in words]
             + [verdict.BLOCKED] * self._lost,
+            self.left_out,
         )
         files: list[Path] = report.write_reports(self.asked.reports, data)
         return files

@@ -1,7 +1,7 @@
 """An emulated rig in a process of its own, and the command line that asks it."""
 
-import select
 import re
+import select
 import signal
 import socket
 import subprocess

@@ -21,6 +21,10 @@ HERE = Path(__file__).parent.parent.parent
 """Where `cgagen`, `hil` and `sim` lie side by side."""
 
 
+OUTPUTS = ("record", "vcd", "coverage", "artifacts", "report")
+"""Options that change nothing of what is tried."""
+
+
 def load(name: str) -> Any:
     """Import a module of ours, or say which folder is in the place of hil/ or sim/.
 
@@ -94,3 +98,19 @@ def reason_of(report: pytest.TestReport) -> str:
     kept = report.longrepr
     words = str(kept[-1]) if isinstance(kept, tuple) else str(kept)
     return " ".join(words.removeprefix("Skipped: ").split())
+
+
+def without_outputs(words: list[str]) -> list[str]:
+    """Return the words of a command line without those that only say where results go.
+
+    >>> without_outputs(["hil/", "--hil-report", "x.html", "--hil-record=d", "-q"])
+    ['hil/', '-q']
+    """
+    found, skip = list[str](), False
+    for word in words:
+        name, _, value = word.removeprefix("--hil-").partition("=")
+        if skip or (word.startswith("--hil-") and name in OUTPUTS):
+            skip = not skip and not value
+        else:
+            found.append(word)
+    return found

@@ -22,6 +22,7 @@ from cgagen.pytest_plugin.ours import (
     reason_of,
     reference_folder,
     subject_for,
+    without_outputs,
 )
 
 if TYPE_CHECKING:
@@ -38,9 +39,6 @@ REQUIREMENT, VERDICT, LEVEL = "hil_req", "hil_verdict", "hil_level"
 
 DECIDING = ("target", "genome", "robot", "build", "level", "seed", "trace")
 """Options without which a test is another."""
-
-OUTPUTS = ("record", "vcd", "coverage", "artifacts", "report")
-"""Options that change nothing of what is tried."""
 
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 
@@ -273,22 +271,6 @@ class HilSession:
         ours = any(name.startswith("hil/test_") for name in self.outcomes)
         own = HERE / "hil" / "requirements.toml"
         return self.asked.requirements or (own if ours and own.is_file() else None)
-
-
-def without_outputs(words: list[str]) -> list[str]:
-    """Return the words of a command line without those that only say where results go.
-
-    >>> without_outputs(["hil/", "--hil-report", "x.html", "--hil-record=d", "-q"])
-    ['hil/', '-q']
-    """
-    found, skip = list[str](), False
-    for word in words:
-        name, _, value = word.removeprefix("--hil-").partition("=")
-        if skip or (word.startswith("--hil-") and name in OUTPUTS):
-            skip = not skip and not value
-        else:
-            found.append(word)
-    return found
 
 
 def _images(evidence: "Evidence") -> list[Any]:

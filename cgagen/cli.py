@@ -9,6 +9,7 @@ import importlib
 import os
 import sys
 import traceback
+from typing import Any
 
 import click
 
@@ -63,6 +64,17 @@ class LazyGroup(Verbs):
         # A docstring with a backslash is raw, so click's mark for "leave these lines" is, too.
         command.help = (command.help or "").replace(r"\b", "\b")
         return with_anywhere(command)
+
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: Any,
+    ) -> click.Context:
+        """Begin a call; who calls from Python without a console has that of the process."""
+        extra.setdefault("obj", Console.of_process())
+        return super().make_context(info_name, args, parent, **extra)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the verbs without importing them."""

@@ -1,13 +1,13 @@
 """What is on trial: a robot, its genome, and the programs that are to be in its chips."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from cgagen.build import Build, read_record
 from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE, flags_of
-from cgagen.errors import FolderError, RigError
+from cgagen.errors import FolderError, MismatchError, RigError
 from cgagen.genome import Genome, load
 from cgagen.inputs import BUILD_FILE, read_bytes
 from cgagen.robot import Robot, load_robot
@@ -100,6 +100,46 @@ def read_subject(folder: Path) -> Subject:
     robot = load_robot(str(folder / ROBOT_FILE))
     genome = load(folder / GENOME_FILE) if robot.role is Role.PREDATOR else None
     return Subject(robot, genome, images, sources, files, str(folder))
+
+
+def held(subject: Subject, robot: Robot | None, genome: Genome | None) -> Subject:
+    """Return a build, held against what was named beside it.
+
+    Args:
+        subject: out of a build folder.
+        robot: that was named; None for none.
+        genome: likewise.
+
+    Raises:
+        MismatchError: the build is another robot's, or holds another genome.
+    """
+    words = unlike(subject, robot, genome)
+    if words:
+        raise MismatchError(f"{subject.where}: {words}")
+    return subject
+
+
+def unlike(subject: Subject, robot: Robot | None, genome: Genome | None) -> str:
+    """Return in what a build is not of what was named beside it; "" where it is. See `held`."""
+    if robot is not None and not alike(robot, subject.robot):
+        return (
+            f"is a build for {subject.robot.name} ({subject.robot.digest[:8]}), and the robot "
+            f"that was named beside it is {robot.name} ({robot.digest[:8]}); build it for that "
+            "one, or name one of them alone"
+        )
+    digest = subject.genome.digest if subject.genome else None
+    if genome is not None and genome.digest != digest:
+        ours = f"holds genome {digest[:8]}" if digest else f"is a {subject.role}'s, without genome"
+        return (
+            f"{ours}, and the genome that was named beside it is {genome.digest[:8]}; build that "
+            "one, or name one of them alone"
+        )
+    return ""
+
+
+def alike(one: Robot, other: Robot) -> bool:
+    """Whether two robots are the same but for the comments of their files."""
+    return replace(one, text="", digest="") == replace(other, text="", digest="")
 
 
 def _image(folder: Path, row: Mapping[str, Any]) -> Image:

@@ -73,3 +73,23 @@ def test_what_the_firmware_cannot_know_is_refused(
     code, out = run(capsys, GENOME, *words)
     assert code == 2
     assert said in out
+
+
+def test_a_build_is_of_the_genome_and_the_robot_that_were_named_wherever_the_hunt_leads(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one step no more than one gene is met; another one, and a trim, are none the less told."""
+    bits = load(Path(GENOME)).bits
+    other, robot = tmp_path / "other.genome", tmp_path / "mine.toml"
+    other.write_text(bits[:-1] + {"0": "1", "1": "0"}[bits[-1]])
+    text = load_robot("servobot-predator").text
+    assert "\nLF = [0, 0]\n" in text
+    robot.write_text(text.replace("\nLF = [0, 0]\n", "\nLF = [4, 0]\n"))
+    build = ["--build", str(FIRMWARE / "predator"), "--emulated", "--steps", "1"]
+    for words, said in (
+        ([str(other)], "holds genome 8e241ca1, and the genome that was named beside it is "),
+        ([GENOME, "--robot", str(robot)], "is a build for servobot-predator (48658a4b), and the"),
+    ):
+        code, out = run(capsys, *words, *build)
+        assert (code, said in out) == (9, True), out
+    assert run(capsys, GENOME, "--robot", "servobot-predator", *build)[0] == 0

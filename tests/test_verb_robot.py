@@ -98,6 +98,22 @@ def test_a_movement_that_this_robot_does_not_have(
     assert main(["robot", "move", "FLY", "--port", url]) == 2
 
 
+def test_a_robot_that_is_named_is_the_one_at_hand(
+    served: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A prey's FORWARD is another command than a predator's: nothing may walk, nothing be noted."""
+    url, bench = served("predator", "locomotion")
+    gait = GaitReader(load_robot("servobot-predator"), bench)
+    words = ["--robot", "servobot-prey", "--port", greeted(url)]
+    assert main(["robot", "move", "FORWARD", *words]) == 7
+    assert "the banner names servobot-predator, and the robot that" in capsys.readouterr().err
+    assert changes(gait) == 0
+    url, _ = served("predator", "main", "rfc2217")
+    words = ["--robot", "servobot-prey", "--port", url, "--reset"]
+    assert main(["robot", "sensors", *words, "--readings", "1"]) == 7
+    assert "the banner names servobot-predator, and the robot that" in capsys.readouterr().err
+
+
 def test_the_wrong_controller_is_named(served: Served, capsys: pytest.CaptureFixture[str]) -> None:
     url = greeted(served("prey", "main")[0])
     assert main(["robot", "centre", "--port", url]) == 7

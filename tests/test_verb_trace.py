@@ -77,6 +77,22 @@ def test_the_programs_decide_when_they_are_asked_to(
     assert all(one["latency_us"] > 1_000 for one in data(capsys, "show", "a.log")["rows"])
 
 
+def test_the_programs_that_decide_are_of_what_the_trace_says(
+    capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    Path("g7.genome").write_text(Path(GENOME).read_text().replace("\n100 000", "\n101 000", 1))
+    build = ["--build", str(FIRMWARE / "predator"), "--target", "emulator", "-o", "a.log"]
+    for words in (
+        ["g7.genome", "--steps", "3"],
+        ["g7.genome", "--sweep"],
+        ["--robot", "servobot-prey", "--sweep"],
+        [GENOME, "--of", "prey"],
+    ):
+        code, _, err = run(capsys, "trace", "record", *words, *build)
+        assert (code, "that was named beside it is" in err) == (9, True), err
+    assert [one.name for one in folder.iterdir()] == ["g7.genome"]
+
+
 def test_levels_sweeps_and_other_traces_are_sources(capsys: pytest.CaptureFixture[str]) -> None:
     prey = ["--robot", "servobot-prey"]
     level = data(capsys, "record", *prey, "--level", "smoke", "--seed", "3", "-o", "l.csv")

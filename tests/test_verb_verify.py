@@ -181,7 +181,7 @@ def test_a_trace_of_another_genome_is_refused_before_the_work(
     [
         (("--report", "r.pdf"), "ends in .html or .json"),
         (("--report", "no/such/r.html"), "there is no folder"),
-        (("--kills", GENOME), "is no kill matrix"),
+        (("--kills", GENOME, "--report", "r.html"), "is no kill matrix"),
     ],
 )
 def test_wrong_files_are_refused_before_the_work(words: tuple[str, ...], sentence: str) -> None:

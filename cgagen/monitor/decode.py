@@ -51,6 +51,10 @@ class Decoder:
         robot: whose counts they are; None for the robot that ships and is named by the banner,
             or, where it has been walking for long, has such telemetry.
 
+    Attributes:
+        robot: whose counts the lines are taken for.
+        named: whether a robot was named; then no banner changes it.
+
     >>> from cgagen.robot import load_robot
     >>> decoder = Decoder(load_robot("servobot-predator"))
     >>> [line] = decoder.lines(b">:3 F1843 R0 L23125 LL170 LR0 AL1 AR0 S43 C3\r")
@@ -65,7 +69,7 @@ class Decoder:
 
     def __init__(self, robot: Robot | None) -> None:
         self.robot = robot or load_robot(f"servobot-{Role.PREDATOR}")
-        self._follows = robot is None
+        self.named = robot is not None
         self._text = ""
 
     def lines(self, data: bytes) -> Iterator[Line]:
@@ -73,7 +77,7 @@ class Decoder:
         *whole, self._text = (self._text + data.decode("latin-1")).split(END)
         self._text = self._text[-LONGEST_LINE:]
         for text in whole:
-            if self._follows:
+            if not self.named:
                 self._follow(text)
             line = self._line(text)
             if line is not None:

@@ -4,7 +4,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from cgagen.errors import RigError
+from cgagen.errors import IdentityError, RigError
+from cgagen.firmware.columns import plain
 from cgagen.monitor.decode import Decoder, Line
 from cgagen.monitor.listen import Listener, Port
 from cgagen.robot import Robot
@@ -90,6 +91,7 @@ def decisions(
 
     Raises:
         RigError: the port is gone, or there is no telemetry.
+        IdentityError: a robot was named, and the banner names another one.
     """
     heard = bytearray()
     listener = Listener(name, port, [heard.extend], lambda _sentence: None, now_s)
@@ -104,8 +106,28 @@ def decisions(
                 last_s = now_s()
             elif line.data["kind"] == "fault":
                 fault = f" ({line.text})"
+            elif line.data["kind"] == "banner" and decoder.named:
+                refuse_other_robot(name, line.data["robot"], decoder.robot)
     raise RigError(
         f"{name}: no telemetry in {SILENCE_S:g} s{fault}; reset the main controller (--reset), "
         "reset the locomotion controller or switch it off, and look whether the robot file says "
         "telemetry = true"
     )
+
+
+def refuse_other_robot(port: str, banner: str, robot: Robot) -> None:
+    """Refuse a robot that was named, where the banner of the one at hand names another.
+
+    Args:
+        port: what messages call the port.
+        banner: the robot's name in the banner.
+        robot: that was named.
+
+    Raises:
+        IdentityError: they are not the same.
+    """
+    if banner != plain(robot.name):
+        raise IdentityError(
+            f"{port}: the banner names {banner}, and the robot that was named is {robot.name}; "
+            "leave --robot out or name the file of that robot, or flash this one's build"
+        )

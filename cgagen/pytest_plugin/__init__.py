@@ -46,6 +46,7 @@ from cgagen.pytest_plugin.fixtures import (
     reset,
 )
 from cgagen.pytest_plugin.options import (
+    FIRMWARE,
     HilConfig,
     add_options,
     given,
@@ -53,7 +54,7 @@ from cgagen.pytest_plugin.options import (
     on_wires,
     targets_of,
 )
-from cgagen.pytest_plugin.ours import subjects_of
+from cgagen.pytest_plugin.ours import refuse_contradictions, subjects_of
 from cgagen.pytest_plugin.session import (
     BLOCKED,
     LEVEL,
@@ -121,7 +122,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[_LINES] = []
     if on_command_line(config):
         config.stash[SESSION].asked  # noqa: B018  a wrong word is refused before the tests
-    named = any(given(config, name) for name in ("genome", "robot", "build"))
+    named = any(given(config, name) for name in FIRMWARE)
     fixtures = fixtures_of(subjects_of(named), targets_of(config))
     config.pluginmanager.register(fixtures, "cgagen-hil")
 
@@ -130,7 +131,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """Look at what a report needs, and begin to count executed lines, where that is wanted.
 
     Raises:
-        pytest.UsageError: several workers would fight for one wire.
+        pytest.UsageError: several workers would fight for one wire; or options say two things.
     """
     config = session.config
     named = config.getoption("--hil-target", None) or config.getini("hil_target")
@@ -141,6 +142,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
         )
     if any(given(config, name) for name in REPORTING):
         config.stash[SESSION].start()
+    refuse_contradictions(config)
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import pytest
 
+from cgagen.together import Needs, trouble
+
 EMULATOR, SIMULATOR = "emulator", "simulator"
 LEVELS = ("smoke", "boundary", "exhaustive")
 VCD = OFF, FAIL, ALWAYS = ("off", "fail", "always")
@@ -41,7 +43,7 @@ OPTIONS = (
     ),
     Option("genome", "FILE", "Genome to build and try.", path=True),
     Option("robot", "NAME|FILE", "Robot to build and try."),
-    Option("build", "DIR", "Build folder to try as it is.", path=True),
+    Option("build", "DIR", "Build folder to try; of the genome, robot named.", path=True),
     Option("level", "LEVEL", "How much is tried (smoke).", choices=LEVELS),
     Option("seed", "N", "For what is chosen by chance (1)."),
     Option("trace", "FILE", "Trace for tests that ask for hil_trace.", many=True, path=True),
@@ -56,6 +58,18 @@ OPTIONS = (
     Option("reruns", "N", "Repeat what a sick bench has blocked (0)."),
     Option("require", "", "What cannot be tried is an error, no skip."),
 )
+
+FIRMWARE = GENOME, ROBOT, BUILD = ("genome", "robot", "build")
+"""Options that say what is on trial."""
+
+SERIAL = "--hil-target serial:PORT"
+
+RULES: tuple[Needs, ...] = (
+    Needs("--hil-kills", ("--hil-report",)),
+    Needs("--hil-requirements", ("--hil-report",)),
+    Needs("--hil-flash", (SERIAL,)),
+)
+"""What has no effect without another one. Genome and robot beside a build are held together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +174,21 @@ def targets_of(config: pytest.Config) -> tuple[str, ...]:
 def on_wires(config: pytest.Config) -> bool:
     """Whether a target was named that is no program."""
     return any(url not in (EMULATOR, SIMULATOR) for url in targets_of(config))
+
+
+def refuse_without_effect(config: pytest.Config) -> None:
+    """Refuse what was typed and has no effect; the ini file and the environment are for many runs.
+
+    Raises:
+        pytest.UsageError: the first rule that is broken.
+    """
+    flags = {f"--hil-{one.name}": one.name for one in OPTIONS}
+    typed = {flag for flag in flags if config.getoption(flag, None) is not None}
+    there = {flag for flag, name in flags.items() if given(config, name)}
+    there |= {SERIAL for url in targets_of(config) if url.startswith("serial")}
+    words = trouble((rule for rule in RULES if rule.option in typed), there)
+    if words:
+        raise pytest.UsageError(words)
 
 
 def asked(config: pytest.Config) -> HilConfig:

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cgagen.pytest_plugin.options import HilConfig
+from cgagen.pytest_plugin.options import (
+    BUILD,
+    FIRMWARE,
+    GENOME,
+    ROBOT,
+    HilConfig,
+    asked,
+    given,
+    refuse_without_effect,
+)
 
 if TYPE_CHECKING:
     from hil.subject import Subject
@@ -61,13 +70,14 @@ def subject_for(wanted: HilConfig, role: str) -> "Subject":
     """Return what is on trial: what was named, or the reference.
 
     Raises:
-        pytest.UsageError: nothing was named, and this is no checkout of cgagen.
+        pytest.UsageError: nothing was named, and this is no checkout of cgagen; or a genome or a
+            robot was named beside a build, and the build is not of it.
     """
     read = load("hil.subject").read_subject
     subject: Subject
     if wanted.build:
         subject = read(Path(wanted.build))
-        return subject
+        return _held(subject, wanted)
     if wanted.genome or wanted.robot:
         return _built(wanted)
     folder = reference_folder(role)
@@ -77,6 +87,39 @@ def subject_for(wanted: HilConfig, role: str) -> "Subject":
         )
     subject = read(folder)
     return subject
+
+
+def _held(subject: "Subject", wanted: HilConfig) -> "Subject":
+    """Return a build that is of the genome and the robot that were named beside it, if any were."""
+    if not (wanted.genome or wanted.robot):
+        return subject
+    genome = load("cgagen.genome").load(Path(wanted.genome)) if wanted.genome else None
+    robot = load("cgagen.robot").load_robot(wanted.robot) if wanted.robot else None
+    try:
+        same: Subject = load("hil.subject").held(subject, robot, genome)
+    except errors().MismatchError as error:
+        raise pytest.UsageError(str(error)) from error
+    return same
+
+
+def refuse_contradictions(config: pytest.Config) -> None:
+    """Refuse options that have no effect, or a build that is not of what was named beside it.
+
+    What is named in the environment alone may be meant for another run; it is looked at when a
+    test asks for it.
+
+    Raises:
+        pytest.UsageError: the first of them, or something of a build cannot be read.
+    """
+    refuse_without_effect(config)
+    ours = any(
+        config.getoption(f"--hil-{name}", None) or config.getini(f"hil_{name}") for name in FIRMWARE
+    )
+    if ours and given(config, BUILD) and (given(config, GENOME) or given(config, ROBOT)):
+        try:
+            subject_for(asked(config), NAMED[0])
+        except errors().CgagenError as error:
+            raise pytest.UsageError(str(error)) from error
 
 
 def _built(wanted: HilConfig) -> "Subject":

@@ -42,9 +42,6 @@ def compile_verb(
     from cgagen.tokenizer import Tokenizer
     from cgagen.tokenizer.files import read_source, write_image, write_map
 
-    for target in (output, map_file):
-        if target is not None and target.resolve() == file.resolve():
-            raise click.UsageError(f"{target} is the source itself; choose another name")
     with Tokenizer() as tokenizer:
         compiled = tokenizer.compile(read_source(file), str(file))
     sizes = report(compiled)

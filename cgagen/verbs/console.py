@@ -5,9 +5,12 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
 from typing import Any, Concatenate, ParamSpec, Self, TypeVar
 
 import click
+
+from cgagen.verbs.rules import check_options
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -51,5 +54,13 @@ class Console:
 def with_console(
     function: Callable[Concatenate[Console, P], R],
 ) -> Callable[P, R]:
-    """Hand the call's `Console` to a verb as its first argument."""
-    return click.pass_obj(function)
+    """Hand the call's `Console` to a verb as its first argument, once its options go together."""
+
+    @wraps(function)
+    def called(*args: P.args, **kwargs: P.kwargs) -> R:
+        context = click.get_current_context()
+        check_options(context)
+        console: Console = context.obj
+        return function(console, *args, **kwargs)
+
+    return called

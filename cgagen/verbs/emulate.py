@@ -79,8 +79,6 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
     With --port, other programs talk to the chip as to a Stamp on a serial port: they load programs
     and see what DEBUG says. Without FILE it is an erased chip of that --model.
     """
-    if given["limit_ns"] is not None and given["until_end"]:
-        raise click.UsageError("--for and --until-end exclude each other; leave one out")
     if given["ports"]:
         from cgagen.verbs.emulate_serve import serve_ports
 

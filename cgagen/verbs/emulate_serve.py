@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from cgagen.serve import Server
 
 _ASTRAY = "; the chip does nothing until its next reset"
-_OF_A_RUN = ("text", "until_end", "echo", "expect_end", "durations")
 
 
 def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> int:
@@ -36,11 +35,10 @@ def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> i
 
     Raises:
         RigError: a place says nothing, or somebody else listens there.
-        UsageError: options that exclude each other.
+        UsageError: what the options say cannot be.
     """
     from cgagen.serve import Atn, serve
 
-    _refuse_options_of_a_run(given)
     outputs = (given["vcd"], given["trace"], given["coverage"])
     refuse_strangers(file or Path(), *outputs, given["force"])
     bench = _erased(given["model"]) if file is None else load_bench(console, file, given["model"])
@@ -59,18 +57,6 @@ def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> i
         except KeyboardInterrupt:
             console.note(f"stopped at {bench.clock.now_ns / 1e9:.3f} s of the chips' time")
     return 0
-
-
-def _refuse_options_of_a_run(given: dict[str, Any]) -> None:
-    """Refuse what belongs to a run whose text comes on stdout.
-
-    Raises:
-        UsageError: one of those options is given.
-    """
-    for name in _OF_A_RUN:
-        if given[name] not in (None, False):
-            option = "input" if name == "text" else name.replace("_", "-")
-            raise click.UsageError(f"--port and --{option} exclude each other; leave one out")
 
 
 def _erased(model: str | None) -> Bench:

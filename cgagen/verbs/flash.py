@@ -57,7 +57,7 @@ def flash_verb(console: Console, /, target: Path | None, **given: Any) -> None:
       8  a download had begun and failed: flash again before the robot runs
     """
     if given["identify_only"]:
-        _identify(console, target, given)
+        _identify(console, given["port"])
     elif target is None:
         raise click.UsageError("name a build folder, an image or a source; or give --identify-only")
     elif target.is_dir():
@@ -66,13 +66,11 @@ def flash_verb(console: Console, /, target: Path | None, **given: Any) -> None:
         _flash_file(console, target, given)
 
 
-def _identify(console: Console, target: Path | None, given: dict[str, Any]) -> None:
+def _identify(console: Console, place: str) -> None:
     from cgagen.flash import identify_port
     from cgagen.link.ports import choose_port
 
-    if target is not None or given["verify"] or given["dry_run"] or given["port"] == EMULATED:
-        raise click.UsageError("--identify-only takes a real --port and nothing else")
-    port = choose_port(given["port"], lambda name: _module_at(console, name) is not None)
+    port = choose_port(place, lambda name: _module_at(console, name) is not None)
     module = identify_port(port)
     console.result({"port": port, **module_data(module)}, f"{port}: {module_text(module)}")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.rules import FREE, given_in, name_of
 from cgagen.verbs.world_options import load_hunter, world_options
 
 if TYPE_CHECKING:
@@ -23,6 +24,13 @@ SHORT = {
     "BACKUP_LEFT": "BL",
 }
 """Movements in two letters, so that 8 x 8 of them fit on a terminal."""
+
+SAYING = {
+    "an image": ("--model",),
+    "a trace": ("--robot",),
+    "a genome": tuple(one for one in FREE["info"] if one != "--model"),
+}
+"""Options that say something, by the kind of a file; of another kind none does."""
 
 TRACES = re.compile(r"\.(log(\.gz)?|csv|asc|blf|trc)$")
 
@@ -42,21 +50,41 @@ def info_verb(console: Console, /, file: Path, model: str | None, **given: Any) 
     is known in a build folder, or where its source lies beside it, otherwise say --model.
     """
     if (file / "build.json").is_file():
+        _refuse_other_options("a build")
         _build(console, file)
     elif file.is_dir():
+        _refuse_other_options("a run")
         _run(console, file)
     elif file.suffix == ".toml":
+        _refuse_other_options("a robot or arena")
         _robot(console, file)
     elif file.suffix == ".bin":
         from cgagen.verbs.info_image import describe_image
 
+        _refuse_other_options("an image")
         describe_image(console, file, model)
     elif TRACES.search(file.name):
         from cgagen.verbs.trace import describe_trace
 
+        _refuse_other_options("a trace")
         describe_trace(console, file, given["robot"])
     else:
+        _refuse_other_options("a genome")
         _genome(console, file, given)
+
+
+def _refuse_other_options(kind: str) -> None:
+    """Refuse options that say nothing about a file of this kind.
+
+    Raises:
+        click.UsageError: the first of them.
+    """
+    context = click.get_current_context()
+    allowed = {"FILE", "--json", *SAYING.get(kind, ())}
+    for one in context.command.params:
+        for name in map(name_of, [one, one], (False, True)):
+            if name in given_in(context) - allowed:
+                raise click.UsageError(f"{name} says nothing about {kind}; leave it out", context)
 
 
 def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:

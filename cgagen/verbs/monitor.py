@@ -50,12 +50,6 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
     """
     from cgagen.verbs.emulated_port import EMULATED, named_port, robot_behind
 
-    if given["robot"] and not given["decode"]:
-        raise click.UsageError("--robot is for --decode; give both")
-    if given["decode"] and (given["raw"] or (given["timestamps"] and console.as_json)):
-        raise click.UsageError("--decode is lines in words; leave out --raw, and --timestamps")
-    if console.as_json and given["raw"]:
-        raise click.UsageError("--raw is bytes, and --json a line of JSON for each line; drop one")
     given["robot"] = given["robot"] or robot_behind(port)
     # What an emulated robot says while its port is being opened is lost; so it is switched on then.
     given["reset"] |= port.startswith(EMULATED)

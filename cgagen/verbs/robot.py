@@ -73,7 +73,7 @@ def move_verb(
 
     with _hook(port, reset) as hook:
         banner = _locomotion(hook)
-        command = _command(movement, banner, robot or robot_behind(port))
+        command = _command(movement, hook.port, banner, robot or robot_behind(port))
         for cycle in range(1, cycles + 1):
             console.note(f"{movement}: cycle {cycle} of {cycles}")
             hook.move(command)
@@ -110,9 +110,6 @@ def sensors_verb(console: Console, /, port: str, robot: str | None, **given: Any
     from cgagen.robot import load_robot
     from cgagen.verbs.emulated_port import robot_behind
 
-    recorded = (given["sensor"], given["distance"], given["table"])
-    if any(one is not None for one in recorded) and None in recorded:
-        raise click.UsageError("--sensor, --distance and --table belong together; give all three")
     limit = given["readings"] or (TABLE_READINGS if given["table"] else None)
     named = robot or robot_behind(port)
     decoder = Decoder(load_robot(named) if named else None)
@@ -165,8 +162,9 @@ def _locomotion(hook: "BenchHook") -> "Banner":
     return banner
 
 
-def _command(movement: str, banner: "Banner", robot: str | None) -> int:
+def _command(movement: str, port: str, banner: "Banner", robot: str | None) -> int:
     """Return the command for a movement of the robot at hand."""
+    from cgagen.monitor.readings import refuse_other_robot
     from cgagen.robot import load_robot, shipped
     from cgagen.words import COMMANDS
 
@@ -176,6 +174,7 @@ def _command(movement: str, banner: "Banner", robot: str | None) -> int:
             "it is a predator or a prey"
         )
     body = load_robot(robot or banner.robot)
+    refuse_other_robot(port, banner.robot, body)
     commands = COMMANDS[body.role]
     if movement not in commands:
         raise click.UsageError(

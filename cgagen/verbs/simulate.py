@@ -8,7 +8,7 @@ import click
 from cgagen.errors import MismatchError
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.robot_choice import IN_FIRMWARE
-from cgagen.verbs.simulate_emulated import check_emulated, emulated
+from cgagen.verbs.simulate_emulated import emulated
 from cgagen.verbs.world_options import load_hunter, world_options
 
 if TYPE_CHECKING:
@@ -75,7 +75,6 @@ def simulate_verb(console: Console, /, genome: Path, **given: Any) -> None:
     from sim.numbers import world_numbers
     from sim.starts import start_of
 
-    check_emulated(given)
     loaded, predator, prey, arena, options, _ = load_hunter(
         genome,
         given["robot"],

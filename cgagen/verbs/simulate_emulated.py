@@ -2,35 +2,12 @@
 
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from cgagen.verbs.console import Console
-from cgagen.verbs.robot_choice import IN_FIRMWARE
 
 if TYPE_CHECKING:
     from hil.hunt import Hunt
     from hil.parting import Parting
     from hil.subject import Subject
-
-
-def check_emulated(given: dict[str, Any]) -> None:
-    """Refuse what the firmware cannot know."""
-    for name, option in (("build", "--build"), ("no_referee", "--no-referee")):
-        if given[name] and not given["emulated"]:
-            raise click.UsageError(f"{option} is for --emulated; give both")
-    if not given["emulated"]:
-        return
-    if given["past_capture"]:
-        raise click.UsageError(
-            "--emulated ends with the capture, after which the simulator holds both robots and "
-            "the firmware does not; leave out --past-capture"
-        )
-    for name in IN_FIRMWARE:
-        if given[name] is not None:
-            raise click.UsageError(
-                f"--emulated: {name.replace('_', ' ')} is in the firmware, which is built from "
-                "the robot's file; change it there and pass the file"
-            )
 
 
 def emulated(
@@ -43,19 +20,22 @@ def emulated(
     """
     from hil.hunt import hunt
     from hil.parting import part
+    from hil.subject import unlike
 
     genome, predator, prey = parts
     hunter, hunted = _subjects(given["build"], genome, predator, prey)
+    # A hunt need not meet the gene that differs.
+    other = unlike(hunter, predator, genome) if given["build"] else ""
     console.note("emulating four Stamps: about a fifth of a second for a step")
     free = [one.robot.name for one in (hunter, hunted) if one.robot.link.step_line is None]
     if given["no_referee"] or free:
         if free:
             console.note(f"{' and '.join(free)}: no step line, so each robot walks in its own time")
         parting = part(hunter, hunted, numbers, start, given["steps"], genome)
-        return _parted(parting), _parted_text(parting), parting.trouble or None
+        return _parted(parting), _parted_text(parting), parting.trouble or other or None
     hunting = hunt(hunter, hunted, numbers, start, given["steps"], genome)
-    difference = hunting.difference.text() if hunting.difference else None
-    return _verdict(hunting), _verdict_text(hunting), difference
+    difference = hunting.difference.text() if hunting.difference else other
+    return _verdict(hunting), _verdict_text(hunting), difference or None
 
 
 def _subjects(build: Any, genome: Any, predator: Any, prey: Any) -> "tuple[Subject, Subject]":

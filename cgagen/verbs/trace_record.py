@@ -1,6 +1,6 @@
 """What `cgagen trace record` asks for: whose readings, which, and of whom."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,29 +17,6 @@ if TYPE_CHECKING:
     from hil.traces import Trace
 
 SIDES = ("predator", "prey")
-
-_OPTIONS = {"other": "from", "side": "of", "after_capture": "hold"}
-"""What an option is called, where that is not the name of its value."""
-
-
-def check_record(given: dict[str, Any]) -> None:
-    """Refuse options that do not go together."""
-    ways = [name for name in ("level", "other", "sweep", "port") if given[name]]
-    if len(ways) > 1:
-        words = " and ".join(f"--{_OPTIONS.get(name, name)}" for name in ways)
-        raise click.UsageError(f"{words}: both say which readings; give one of them")
-    episode = [name for name in ("predator", "prey", "steps", "side") if given[name]]
-    episode += list(open_points(given))
-    if ways and episode:
-        name = _OPTIONS.get(episode[0], episode[0].replace("_", "-"))
-        other = _OPTIONS.get(ways[0], ways[0])
-        raise click.UsageError(f"--{name} is of an episode, and --{other} is none; leave one out")
-    if given["port"] and (given["target"] != "simulator" or given["build"]):
-        raise click.UsageError(
-            "--port listens to a robot that decides by itself; leave out --target and --build"
-        )
-    if given["readings"] and not given["port"]:
-        raise click.UsageError("--readings is for --port; an episode has --steps")
 
 
 def asked(
@@ -126,7 +103,8 @@ def subject_named(
 
     table = load(genome) if genome else None
     if given["build"]:
-        return _subject_of(None, table, given, target, str(given["build"]))
+        named = load_robot(given["robot"]) if given["robot"] else None
+        return _subject_of(named, table, given, target, str(given["build"]))
     if table is None and given["robot"] is None:
         raise click.UsageError("give a genome, a build with --build, or a prey with --robot")
     if table is not None and genome is not None:
@@ -142,11 +120,10 @@ def _subject_of(
     body: "Robot | None", table: Any, given: dict[str, Any], target: str, where: str
 ) -> "Subject":
     """Return a subject with its programs, where the target has any use for them."""
-    from hil.subject import Subject, read_subject, subject_of
+    from hil.subject import Subject, held, read_subject, subject_of
 
     if given["build"]:
-        subject = read_subject(given["build"])
-        return replace(subject, robot=body or subject.robot, genome=table or subject.genome)
+        return held(read_subject(given["build"]), body, table)
     if body is None:
         raise TypeError("a robot is wanted where no build is")
     if target == "simulator":

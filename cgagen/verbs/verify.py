@@ -153,7 +153,7 @@ def _subject(
     from cgagen.genome import check_interface, load
     from cgagen.robot import load_robot
     from cgagen.verbs.robot_choice import robot_of
-    from hil.subject import read_subject, subject_of
+    from hil.subject import alike, read_subject, subject_of
 
     if genome is None and robot is None and build is None:
         raise click.UsageError("give a genome, a build with --build, or a prey with --robot")
@@ -166,6 +166,7 @@ def _subject(
         return subject_of(make_build(body, table, tokenizer), str(genome or body.name))
     subject = read_subject(build)
     body = load_robot(robot) if robot else subject.robot
+    body = subject.robot if alike(body, subject.robot) else body
     if table is not None:
         check_interface(table, body.name, body.interface, body.digest)
     return replace(subject, robot=body, genome=table or subject.genome)

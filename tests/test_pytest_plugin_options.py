@@ -28,8 +28,8 @@ def beside(tmp_path: Path) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("option", "value", "said"),
     [
-        ("genome", "g7.genome", "holds genome 8e241ca1, and the genome that was named beside it"),
-        ("robot", "servobot-prey", "is a build for servobot-predator (48658a4b), and the robot"),
+        ("genome", "g7.genome", "and the genome that was named beside it is"),
+        ("robot", "servobot-prey", "is a build for servobot-predator ("),
         ("genome", "none.genome", "none.genome: cannot be read as a genome"),
         ("robot", "none.toml", "none.toml"),
     ],

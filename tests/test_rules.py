@@ -1,5 +1,6 @@
 """Options that do not go together: every option of every verb is ruled, and every rule holds."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,7 +9,8 @@ import pytest
 
 from cgagen.cli import VERBS, cgagen, main
 from cgagen.together import Apart, Needs, Rule, Together, trouble
-from cgagen.verbs.rules import FREE, OUTPUTS, RULES, name_of
+from cgagen.verbs.console import Console
+from cgagen.verbs.rules import FREE, OUTPUTS, RULES, check_options, name_of
 from tests.subjects import FIRMWARE
 
 GENOME = str(FIRMWARE / "reference.genome")
@@ -81,13 +83,23 @@ def typed(path: str, word: str, folder: Path) -> list[str]:
     return [name, value]
 
 
+def refusal(path: str, words: list[str]) -> str:
+    """What is said of words behind a command; nothing of it is run."""
+    above, name = ["cgagen", *path.split()[:-1]], path.rpartition(" ")[2] or "cgagen"
+    parent = None
+    for one in above if path else []:
+        parent = click.Context(cgagen, parent=parent, info_name=one)
+    with COMMANDS[path].make_context(name, words, parent=parent, obj=Console()) as made:
+        with pytest.raises(click.UsageError) as caught:
+            check_options(made)
+    return caught.value.message
+
+
 CASES = [(path, rule) for path, rules in RULES.items() for rule in rules]
 
 
 @pytest.mark.parametrize(("path", "rule"), CASES, ids=[f"{p} {r.options}" for p, r in CASES])
-def test_a_rule_is_a_usage_error_that_names_both(
-    path: str, rule: Rule, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_rule_is_a_usage_error_that_names_both(path: str, rule: Rule, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     wrong = rule.options[:2] if isinstance(rule, Apart) else rule.options[:1]
     before = RULES[path][: RULES[path].index(rule)]
@@ -99,9 +111,8 @@ def test_a_rule_is_a_usage_error_that_names_both(
     words = [part for word in (*wrong, *needed) for part in typed(path, word, tmp_path)]
     if path == "":
         words = [*words, "ports"]
-    assert main([*path.split(), *ARGUMENTS.get(path, []), *words]) == 2
-    said = capsys.readouterr().err
-    assert trouble([rule], set(wrong)) in said
+    said = refusal(path, [*ARGUMENTS.get(path, []), *words])
+    assert trouble([rule], set(wrong)) == said
     named = wrong if isinstance(rule, Apart) else rule.options[:2]
     assert [word for word in named if word not in said] == [], said
 
@@ -116,6 +127,22 @@ def test_a_rule_refuses_nothing_else(path: str, rule: Rule) -> None:
     else:
         fine += [{*rule.options}]
     assert [given for given in fine if trouble([rule], given)] == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["-q", "-v", "doctor"],
+        ["emulate", "none.bs2", "--for", "1s", "--until-end"],
+        ["trace", "record", GENOME, "-o", "x.log", "--sweep", "--port", "/dev/no"],
+        ["verify", "none.genome", "--seed", "2", "--reading", "0,0,0/--/0,0"],
+    ],
+)
+def test_the_rules_are_looked_at_by_every_verb(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    assert re.search(r"exclude each other|both say", capsys.readouterr().err)
 
 
 def test_things_that_belong_together_are_all_there_or_none() -> None:

@@ -153,9 +153,7 @@ def check_options(context: click.Context) -> None:
     """
     path = path_of(context)
     rules = (*RULES[ANYWHERE], *RULES.get(path, ()))
-    words = trouble(rules, given_in(context)) or _one_file(
-        context, OUTPUTS.get(path, ())
-    )
+    words = trouble(rules, given_in(context)) or _one_file(context, OUTPUTS.get(path, ()))
     if words:
         raise click.UsageError(words, context)
 

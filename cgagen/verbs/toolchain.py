@@ -38,8 +38,9 @@ def setup_verb(console: Console, offline: Path | None, force: bool) -> None:
 
 @click.command("doctor", epilog=TOOLCHAIN)
 @click.option("--identify", is_flag=True, help="Reset what hangs on the ports, and ask who it is.")
+@with_console
 @click.pass_context
-def doctor_verb(context: click.Context, identify: bool) -> None:
+def doctor_verb(context: click.Context, console: Console, identify: bool) -> None:
     """Say line by line what this machine has, what is missing, and how to mend it.
 
     Serial ports are looked at and not opened, so nothing is reset; with --identify they are, and
@@ -53,7 +54,6 @@ def doctor_verb(context: click.Context, identify: bool) -> None:
 
     checks = (*examine(), *_ports(identify))
     healthy = all(check.ok for check in checks if check.needed)
-    console: Console = context.obj
     console.result(
         {"ok": healthy, "checks": [asdict(check) for check in checks]},
         "\n".join(check.to_text() for check in checks),

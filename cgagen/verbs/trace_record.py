@@ -8,7 +8,7 @@ import click
 
 from cgagen.verbs.console import Console
 from cgagen.verbs.simulate import FIGURE_7, PoseType
-from cgagen.verbs.world_options import load_hunter, open_points
+from cgagen.verbs.world_options import load_hunter
 
 if TYPE_CHECKING:
     from cgagen.robot import Robot

@@ -44,9 +44,14 @@ class Subject:
         return self.robot.role
 
     @property
+    def origin_digest(self) -> str:
+        """Digest of what decides: the genome's, or a prey's file's."""
+        return self.genome.digest if self.genome else self.robot.digest
+
+    @property
     def genome_digest(self) -> str:
         """The 8 digits that the banners say."""
-        return (self.genome.digest if self.genome else self.robot.digest)[:8]
+        return self.origin_digest[:8]
 
     def genome_for_hunt(self) -> Genome:
         """Return the genome, which the simulator needs to hunt, too.

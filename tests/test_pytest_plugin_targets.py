@@ -34,8 +34,8 @@ def test_a_wrong_decision_on_any_target_comes_with_its_line(tmp_path: Path) -> N
         "hil_verdict": "FAIL",
         "hil_decisions": "1",
         "hil_image": read_subject(build).images["main"].digest,
-        "hil_genome": subject.genome_digest,
-        "hil_robot": subject.robot.digest[:8],
+        "hil_genome": subject.robot.digest,
+        "hil_robot": subject.robot.digest,
         "hil_seed": "1",
     }
     words = ended.stdout.splitlines()

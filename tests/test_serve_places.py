@@ -16,6 +16,7 @@ import pytest
 from cgagen.cli import main
 from cgagen.emulator.host_port import HostPort
 from cgagen.errors import BenchError, RigError
+from cgagen.flash import identify_port
 from cgagen.serve import Address, serve
 from cgagen.serve.endpoint import TcpEndpoint
 from cgagen.serve.telnet import Rfc2217Endpoint
@@ -86,6 +87,8 @@ def test_the_verb_prints_where_and_serves(tmp_path: Path) -> None:
         line = process.stdout.readline()
         found = re.fullmatch(r"main: (socket://\S+)  DTR and BREAK: (127\.0\.0\.1:\d+)\n", line)
         assert found, line
+        line = process.stdout.readline()
+        assert line == f"  as a --port of cgagen: '{found[1]}?control={found[2]}'\n"
         with connect(found[1]) as host:
             assert heard(host, 6) == b"hello\r"
         process.send_signal(signal.SIGINT)
@@ -101,6 +104,9 @@ def test_the_verb_in_json_with_an_erased_chip() -> None:
         assert (told["file"], row["chip"]) == (None, "main")
         assert row["url"].startswith("/dev/")
         assert row["control"].startswith("127.0.0.1:")
+        assert row["port"] == f"{row['url']}?control={row['control']}"
+        # What is printed can be typed: a reset by DTR, and the loader's BREAK, arrive there.
+        assert identify_port(row["port"]).name == "BS2p24"
 
 
 @pytest.mark.parametrize(

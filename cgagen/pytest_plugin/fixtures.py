@@ -88,8 +88,8 @@ def hil_judge(
             (VERDICT, str(trial.verdict)),
             ("hil_decisions", trial.decisions),
             ("hil_image", hil_subject.images["main"].digest),
-            ("hil_genome", hil_subject.genome_digest),
-            ("hil_robot", hil_subject.robot.digest[:8]),
+            ("hil_genome", hil_subject.origin_digest),
+            ("hil_robot", hil_subject.robot.digest),
             ("hil_seed", hil_config.seed),
         ]
         if trial.verdict != "PASS":

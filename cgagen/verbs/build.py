@@ -7,13 +7,14 @@ import click
 
 from cgagen.shell import command
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.named_file import GenomeType
 
 if TYPE_CHECKING:
     from cgagen.build import Build
 
 
 @click.command("build")
-@click.argument("genome", type=click.Path(path_type=Path, dir_okay=False), required=False)
+@click.argument("genome", type=GenomeType(), required=False)
 @click.option(
     "--robot",
     metavar="NAME|FILE",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.named_file import GenomeType
 
 if TYPE_CHECKING:
     from cgagen.calibrate import Calibration, Effect
@@ -28,7 +29,7 @@ TYPED = "-"
 @click.option("--date", default="", metavar="TEXT", help="When it was measured, for the comments.")
 @click.option(
     "--genome",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=GenomeType(),
     metavar="FILE",
     help="Say what the numbers do to this genome's capture rate.",
 )

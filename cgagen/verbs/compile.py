@@ -7,13 +7,14 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.environment import TOOLCHAIN
+from cgagen.verbs.named_file import source_at
 
 if TYPE_CHECKING:
     from cgagen.stamp.compiled import Compiled
 
 
 @click.command("compile", epilog=TOOLCHAIN)
-@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "-o",
     "--output",
@@ -42,6 +43,7 @@ def compile_verb(
     from cgagen.tokenizer import Tokenizer
     from cgagen.tokenizer.files import read_source, write_image, write_map
 
+    file = source_at(file)
     with Tokenizer() as tokenizer:
         compiled = tokenizer.compile(read_source(file), str(file))
     sizes = report(compiled)

@@ -8,6 +8,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.environment import TOOLCHAIN
+from cgagen.verbs.named_file import bench_at
 from cgagen.verbs.words import Words
 
 _UNITS_NS = {"us": 1_000, "ms": 1_000_000, "s": 1_000_000_000, "min": 60_000_000_000}
@@ -34,7 +35,7 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
 
 
 @click.command("emulate", epilog=TOOLCHAIN)
-@click.argument("file", type=_FILE, required=False)
+@click.argument("file", metavar="[FILE|BUILD]", type=click.Path(path_type=Path), required=False)
 @click.option("--model", metavar="MODEL", help="The chip of an image that does not say it.")
 @click.option("--chip", "chip_name", metavar="NAME", help="Of a bench: whose text and end.")
 @click.option("--for", "limit_ns", type=TimeType(), help="Stop after this time.  [default: 10s]")
@@ -65,7 +66,7 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
 @click.option("--force", is_flag=True, help="Write over files that are not emulate's.")
 @with_console
 def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
-    """Run a PBASIC source, an EEPROM image or a bench file on emulated chips.
+    """Run a PBASIC source, an EEPROM image or a bench file, or a BUILD's, on emulated chips.
 
     What the program sends with DEBUG comes on stdout: control codes rendered on a terminal, raw
     bytes otherwise. It reads stdin, or --input, with DEBUGIN; text waits until the program takes
@@ -79,6 +80,7 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
     With --port, other programs talk to the chip as to a Stamp on a serial port: they load programs
     and see what DEBUG says. Without FILE it is an erased chip of that --model.
     """
+    file = bench_at(file) if file is not None else None
     if given["ports"]:
         from cgagen.verbs.emulate_serve import serve_ports
 

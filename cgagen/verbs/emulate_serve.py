@@ -1,5 +1,6 @@
 """`cgagen emulate --port`: the chips' programming ports for other programs, until Ctrl-C."""
 
+import shlex
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -12,6 +13,7 @@ from cgagen.emulator.bench import Bench
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import NEVER_NS
 from cgagen.emulator.programs import bench_of_image
+from cgagen.link.steered import SIGN
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.chips import chip as chip_row
 from cgagen.stamp.image import Image
@@ -97,9 +99,12 @@ def _tell(console: Console, file: Path | None, ports: Iterable[str], server: "Se
     """Say where everything is, before anything happens."""
     rows, lines = [], []
     for name, endpoint in zip(ports, server.endpoints, strict=True):
-        rows.append({"chip": name, "url": endpoint.url, "control": endpoint.control})
-        control = f"  DTR and BREAK: {endpoint.control}" if endpoint.control else ""
-        lines.append(f"{name}: {endpoint.url}{control}")
+        control = endpoint.control
+        port = f"{endpoint.url}{SIGN}{control}" if control else endpoint.url
+        rows.append({"chip": name, "url": endpoint.url, "control": control, "port": port})
+        lines.append(f"{name}: {endpoint.url}" + (f"  DTR and BREAK: {control}" if control else ""))
+        if control:
+            lines.append(f"  as a --port of cgagen: {shlex.quote(port)}")
     data = {"file": None if file is None else str(file), "ports": rows}
     console.result(data, "\n".join(lines))
     console.note("(until Ctrl-C; the chips' time begins when a host has come)")

@@ -40,9 +40,10 @@ def flash_verb(console: Console, /, target: Path | None, **given: Any) -> None:
 
     A BUILD folder goes into both Stamps of its robot; each port is asked which module it has. An
     IMAGE of a build goes into one Stamp, and so does a PBASIC SOURCE, which is compiled, with the
-    files that its $STAMP line names for further slots; a bare IMAGE of 2,048 bytes needs --model
-    and is sent whole. The Stamp is identified first, every packet must be acknowledged, and the
-    program is started at the end. What goes wrong on the line is tried again, three times at most.
+    files that its $STAMP line names for further slots; a bare IMAGE of 2,048 bytes is sent whole,
+    and needs --model where no source that makes it lies beside it. The Stamp is identified first,
+    every packet must be acknowledged, and the program is started at the end. What goes wrong on
+    the line is tried again, three times at most.
 
     --verify asks the firmware itself, after a reset, for every block that was sent: what the
     running program reads from its own EEPROM is then what was sent. It says nothing of blocks
@@ -111,7 +112,7 @@ def _flash_file(console: Console, file: Path, given: dict[str, Any]) -> None:
 
     if given["main"] or given["locomotion"]:
         raise click.UsageError("--main and --locomotion are for a build; give --port")
-    images = images_at(file, given["model"], given["slot"])
+    images = images_at(console, file, given["model"], given["slot"])
     if given["dry_run"]:
         _dry_run(console, images)
         return

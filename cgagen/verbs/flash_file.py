@@ -9,24 +9,22 @@ from cgagen.build import read_record
 from cgagen.build.checked import checked_images
 from cgagen.build.record import RECORD_FILE
 from cgagen.errors import ImageError
-from cgagen.inputs import IMAGE, read_bytes
-from cgagen.stamp.chips import CHIPS, EEPROM_BYTES, chip
+from cgagen.stamp.chips import chip
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
-from cgagen.verbs.info_image import SOURCE_SUFFIXES
-
-TO_FLASH = replace(
-    IMAGE, mend=f"name a build folder, a source, or an image of {EEPROM_BYTES:,} bytes"
-)
+from cgagen.verbs.console import Console
+from cgagen.verbs.info_image import SOURCE_SUFFIXES, find_image
 
 
-def images_at(file: Path, model: str | None, slot: int) -> dict[str, Image]:
+def images_at(console: Console, file: Path, model: str | None, slot: int) -> dict[str, Image]:
     """Return the images in a file, by name; the one that runs first comes last.
 
     Args:
+        console: for notes.
         file: 2,048 bytes, or a PBASIC source, whose $STAMP line may name the files of slots 1 to 7.
-        model: the chip's name; needed where the file lies in no build.
+        model: the chip's name; needed where the file lies in no build, and no source that makes it
+            lies beside it.
         slot: program slot of a bare image, or of a source.
 
     Raises:
@@ -39,24 +37,20 @@ def images_at(file: Path, model: str | None, slot: int) -> dict[str, Image]:
         return _compiled(file, model, slot)
     built = _built(file)
     if built is None:
-        return {file.stem: _bare(file, model, slot)}
+        return {file.stem: _bare(console, file, model, slot)}
     _refuse_other(file, model, built)
     if slot != built.slot:
         raise ImageError(f"{file}: was built for slot {built.slot}; leave --slot out")
     return {file.stem: built}
 
 
-def _bare(file: Path, model: str | None, slot: int) -> Image:
-    eeprom = read_bytes(file, TO_FLASH)
-    if model is None:
-        names = ", ".join(row.name for row in CHIPS)
-        raise click.UsageError(
-            f"{file} does not tell which chip it is for; add --model with one of {names}"
-        )
-    try:
-        return Image(chip(model), eeprom, slot=slot)
-    except ImageError as error:
-        raise ImageError(f"{file}: {error}") from error
+def _bare(console: Console, file: Path, model: str | None, slot: int) -> Image:
+    """Return an image as it is: all of it is sent, whatever a source beside it says is used."""
+    found = find_image(console, file, model)
+    if model is None and found.compiled is not None:
+        name = found.image.model.name
+        console.note(f"note: {file} is for a {name}, as {found.compiled.name} beside it says")
+    return Image(found.image.model, found.image.eeprom, slot=slot)
 
 
 def _compiled(file: Path, model: str | None, slot: int) -> dict[str, Image]:

@@ -71,11 +71,21 @@ def find_image(console: Console, file: Path, model: str | None) -> Found:
     """
     eeprom = _read(file)
     built = _built(file) if model is None else None
-    compiled = _source_of(console, file, eeprom)
+    sources = _sources_of(console, file, eeprom)
+    models = {one.image.model.name for one in sources}
+    if model is None and built is None and len(models) > 1:
+        raise click.UsageError(
+            f"{' and '.join(one.name for one in sources)} both make {file}; add --model with one "
+            f"of {', '.join(sorted(models))}"
+        )
+    wanted = chip(model) if model is not None else built.model if built is not None else None
+    fitting = [one for one in sources if wanted is None or one.image.model == wanted]
+    compiled = fitting[0] if fitting else None
     if model is not None:
-        image = Image(chip(model), eeprom)
-        if compiled is not None and compiled.image.model != image.model:
-            compiled = None
+        try:
+            image = Image(chip(model), eeprom)
+        except ImageError as error:
+            raise ImageError(f"{file}: {error}") from error
     elif built is not None:
         image = built
     elif compiled is not None:
@@ -104,9 +114,10 @@ def _built(file: Path) -> Image | None:
     return read_image(folder, names[0]) if names else None
 
 
-def _source_of(console: Console, file: Path, eeprom: bytes) -> Compiled | None:
-    """Return the source of the same name beside an image, where it makes the same bytes."""
-    for suffix in SOURCE_SUFFIXES:
+def _sources_of(console: Console, file: Path, eeprom: bytes) -> list[Compiled]:
+    """Return the sources of the same name beside an image that make the same bytes."""
+    found = []
+    for suffix in (*SOURCE_SUFFIXES, *map(str.upper, SOURCE_SUFFIXES)):
         path = file.with_suffix(suffix)
         if not path.is_file():
             continue
@@ -117,9 +128,10 @@ def _source_of(console: Console, file: Path, eeprom: bytes) -> Compiled | None:
             console.note(f"note: without the lines of {path.name}: {error}")
             continue
         if compiled.image.eeprom == eeprom:
-            return compiled
-        console.note(f"note: {path.name} makes another image than {file.name}")
-    return None
+            found.append(compiled)
+        else:
+            console.note(f"note: {path.name} makes another image than {file.name}")
+    return found
 
 
 def _notes(compiled: Compiled | None) -> dict[int, list[str]]:

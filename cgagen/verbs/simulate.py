@@ -7,6 +7,7 @@ import click
 
 from cgagen.errors import MismatchError
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.named_file import GenomeType
 from cgagen.verbs.robot_choice import IN_FIRMWARE
 from cgagen.verbs.simulate_emulated import emulated
 from cgagen.verbs.world_options import load_hunter, world_options
@@ -40,7 +41,7 @@ class PoseType(click.ParamType[tuple[float, float, float]]):
 
 
 @click.command("simulate")
-@click.argument("genome", type=click.Path(path_type=Path))
+@click.argument("genome", type=GenomeType())
 @click.option("--predator", type=PoseType(), default=FIGURE_7[0], show_default=True)
 @click.option("--prey", type=PoseType(), default=FIGURE_7[1], show_default=True)
 @click.option("--steps", type=click.IntRange(1, 100_000), default=100, show_default=True)

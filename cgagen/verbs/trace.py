@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.named_file import GenomeType
 from cgagen.verbs.simulate import FIGURE_7, PoseType
 from cgagen.verbs.trace_record import SIDES, asked, subject_named
 from cgagen.verbs.words import Verbs, Words
@@ -32,7 +33,7 @@ def trace_verb() -> None:
 
 
 @trace_verb.command("record")
-@click.argument("genome", type=FILE, required=False)
+@click.argument("genome", type=GenomeType(), required=False)
 @click.option("-o", "--output", type=FILE, required=True, help="FILE.log or FILE.csv.")
 @click.option("--robot", metavar="NAME|FILE", help="The robot. Default: the genome's.")
 @click.option(

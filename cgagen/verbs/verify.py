@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.named_file import GenomeType
 from cgagen.verbs.verify_text import data_of, text_of
 from cgagen.verbs.words import Words
 
@@ -21,7 +22,7 @@ LEVELS = ("smoke", "boundary", "exhaustive")
 
 
 @click.command("verify")
-@click.argument("genome", type=click.Path(path_type=Path, dir_okay=False), required=False)
+@click.argument("genome", type=GenomeType(), required=False)
 @click.option("--robot", metavar="NAME|FILE", help="The robot. Default: the genome's, the build's.")
 @click.option(
     "--build",

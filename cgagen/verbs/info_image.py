@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from cgagen.build import read_image, read_record
-from cgagen.errors import CgagenError
+from cgagen.errors import CgagenError, ImageError
 from cgagen.inputs import IMAGE, read_bytes
 from cgagen.stamp.chips import CHIPS, EEPROM_BYTES, chip
 from cgagen.stamp.compiled import Compiled

@@ -40,8 +40,10 @@ def test_a_called_routine_lasts_as_long_as_its_pauses(tokenizer: Tokenizer) -> N
     slot_bits = 14
     bits = (pause.end - pause.address) + (back.end - back.address) + slot_bits
     assert (pause.name, back.name) == ("PAUSE", "RETURN")
+    # PAUSE takes a while besides its bits and what it is told.
     # RETURN reads its slot of the header and then goes where that says: two jumps.
-    assert rest_ns == 2 * timing.fetch_ns + bits * timing.bit_ns + 2 * timing.jump_ns
+    known_ns = 2 * timing.fetch_ns + bits * timing.bit_ns + 2 * timing.jump_ns
+    assert rest_ns == known_ns + timing.pause_setup_ns
 
 
 def test_calls_inside_belong_to_the_caller(tokenizer: Tokenizer) -> None:
@@ -52,7 +54,7 @@ def test_calls_inside_belong_to_the_caller(tokenizer: Tokenizer) -> None:
     rows = measured(tokenizer, body)
     assert rows["inner", True].times == 2
     assert 20 * MS < rows["inner", True].best_ns == rows["inner", True].worst_ns < 21 * MS
-    assert 53 * MS < rows["outer", True].worst_ns < 56 * MS
+    assert 53 * MS < rows["outer", True].worst_ns < 57 * MS
     assert 3 * MS < rows["further", False].worst_ns < 4 * MS
     assert rows["outer", True].times == rows["further", False].times == 1
 

@@ -21,7 +21,7 @@ from tests.firmware_cases import genome_of, robot_of
 from tests.toy_pbasic import SilenceError, Toy
 
 CHARACTER_US = 10_000_000 / BAUD
-JUMP_US = 100
+FETCH_US, BIT_US, JUMP_US, PAUSE_US = 18.6, 8.05, 102.9, 59.2
 
 
 class Clock(Toy):
@@ -71,10 +71,11 @@ def _costs_us(compiled: Compiled) -> dict[int, float]:
     for statement, end in zip(statements, ends, strict=True):
         text = lines[statement.line - 1].split("'")[0]
         reads = text.count(",") if text.strip().startswith("READ ") else 0
-        cost = 22 * max(1, reads) + 8 * (end - statement.bit) + 100 * reads
+        cost = FETCH_US * max(1, reads) + BIT_US * (end - statement.bit) + 100 * reads
+        cost += PAUSE_US * text.strip().startswith("PAUSE ")
         cost += 50 * text.count("* Pulse") + 90 * text.count("//")
         # GOSUB and RETURN each move an address of 14 bits more.
-        cost += (8 * 14 + JUMP_US) * (text.strip() == "RETURN")
+        cost += (BIT_US * 14 + JUMP_US) * (text.strip() == "RETURN")
         costs[statement.line] = costs.get(statement.line, 0) + cost
     return costs
 

@@ -22,12 +22,12 @@ def test_waveform_trace_and_coverage(emulate: Emulate, program: Program, tmp_pat
     first = [file.read_bytes() for file in files]
     wave, rows, info, listing = (data.decode() for data in first)
     assert " line $end\n" in wave
-    assert "#150000\n" in wave
+    assert "#147400\n" in wave
     assert "\nr4 " in wave
     assert rows.splitlines()[:3] == [
         "time_us,slot,bit,line,instruction",
         '0.000,0,14,3,"HIGH 3"',
-        '150.000,0,30,4,"PAUSE 10"',
+        '147.400,0,30,4,"PAUSE 10"',
     ]
     assert rows.splitlines()[-1].endswith(',"END"')
     assert "DA:3,1\nDA:4,1\nDA:5,1\nDA:6,1\nLF:4\nLH:4\n" in info

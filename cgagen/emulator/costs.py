@@ -47,7 +47,7 @@ def instruction_ns(instruction: Instruction, timing: Timing) -> int:
     >>> from cgagen.stamp.decode import decode_at
     >>> led = decode_at(bytes(2044) + bytes.fromhex("140e07c0"), 14, chip("BS2"))
     >>> instruction_ns(led, timing_of(chip("BS2")))
-    150000
+    147400
     """
     bits = instruction.end - instruction.address + _SLOT_BITS.get(instruction.name, 0)
     expressions = instruction.operands
@@ -62,5 +62,6 @@ def instruction_ns(instruction: Instruction, timing: Timing) -> int:
         + timing.bit_ns * bits
         + timing.jump_ns * _JUMPS.get(instruction.name, 0)
         + (timing.read_ns if instruction.name in _RANDOM_READS else 0)
+        + (timing.pause_setup_ns if instruction.name == "PAUSE" else 0)
         + operators_ns(expressions, timing)
     )

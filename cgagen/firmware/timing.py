@@ -1,8 +1,8 @@
 """How long the locomotion controller takes, and what that forbids.
 
-No maker's table of instruction times exists. The model: an instruction of the BS2 takes 22 us
-and 8 us for every bit of its token, other chips in proportion to their published instruction
-rates. Ref: S7 for HIGH and GOTO, to which the two numbers are fitted; tolerance +-20 %.
+No maker's table of instruction times exists. The model is the emulator's (`cgagen.emulator.timing`,
+FIDELITY.md): an instruction of the BS2 takes 18.6 us and 8.05 us for every bit of its token, other
+chips in proportion to their published instruction rates; tolerance +-10 %.
 """
 
 from dataclasses import dataclass

@@ -14,6 +14,7 @@
      +-- BenchError         3   a bench file that says something that cannot be
      |    +-- ContentionError   two drivers hold one wire at different levels
      +-- TraceError         3   a trace that cannot be read, or is not of this robot
+     +-- ReadingError       3   a reading that is none of the robot: other sensors, other counts
      +-- SymbolError        3   a name that a program does not have
      +-- ExecutionError     3   a program that does what no document says what it does
      +-- StorageError       3   the disk refused to take what was written to it
@@ -101,6 +102,15 @@ class ContentionError(BenchError):
 
 class TraceError(CgagenError):
     """A trace that is malformed, cut, out of order or of another robot: file, line, what."""
+
+    exit_code = 3
+
+
+class ReadingError(CgagenError, ValueError):
+    """A reading of other sensors than the robot's, or of counts that no chip has.
+
+    It is a `ValueError`, too: a test of a user's that makes one up has called us wrongly.
+    """
 
     exit_code = 3
 

@@ -15,6 +15,7 @@ from hil.frames import Units, decision_of, frames_of
 from hil.guard import beside, is_clear
 from hil.messages import OBS_SERVOS, SEQUENCES, TICK_NS, Fault, Op
 from hil.rig_url import rig_url
+from hil.roster import check_reading
 from hil.subject import Subject
 from hil.target import LATENCY, PINS, POWER, SERVOS, STATE, Identity, Observation, Stimulus
 
@@ -119,6 +120,7 @@ class CanTarget:
 
     def admits(self, stimulus: Stimulus) -> bool:
         """Say whether a stimulus is clear of doubt with this rig's timers."""
+        check_reading(stimulus, self._subject.robot)
         return is_clear(self._subject.robot, stimulus, self.guard_counts)
 
     def beside(self) -> list[Stimulus]:
@@ -152,9 +154,11 @@ class CanTarget:
             fault: what the rig is to spoil meanwhile; then see `fired`.
 
         Raises:
+            ReadingError: the stimulus is not one of this robot.
             TargetTimeout: the rig lives, and the robot does not decide.
             RigError: the rig is silent, refuses, or frames are lost again and again.
         """
+        check_reading(stimulus, self._subject.robot)
         self.fired = None
         for _ in range(ASK_AGAIN):
             number = self._session.number()

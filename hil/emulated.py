@@ -26,6 +26,7 @@ from cgagen.robot import Robot
 from cgagen.stamp.image import Image
 from hil.benches import show
 from hil.forced import ForcedSensors
+from hil.roster import check_reading, check_senses
 from hil.subject import CHIPS, Subject
 from hil.target import (
     COUNTS,
@@ -134,6 +135,7 @@ class PinsTarget(Closing):
         """Let the robot look, decide and say GO.
 
         Raises:
+            ReadingError: the stimulus is not one of this robot.
             TargetTimeout: it has not decided in three seconds of its own time, or does what no
                 chip can.
             MismatchError: its wires say another command than its telemetry.
@@ -174,6 +176,7 @@ class PinsTarget(Closing):
 
     def present(self, stimulus: Stimulus) -> None:
         """Go back to the moment before the first look, with this in front of the sensors."""
+        check_reading(stimulus, self.subject.robot)
         self._go_back()
         self._sensors.show(stimulus)
 
@@ -183,7 +186,12 @@ class PinsTarget(Closing):
         touched: Sequence[bool],
         drains_ns: Sequence[int | None],
     ) -> None:
-        """Likewise, with echoes and RC times as they are; None for no echo, and for dark."""
+        """Likewise, with echoes and RC times as they are; None for no echo, and for dark.
+
+        Raises:
+            ReadingError: they are of other sensors.
+        """
+        check_senses((len(echoes_ns), len(touched), len(drains_ns)), self.subject.robot)
         self._go_back()
         self._sensors.show_ns(echoes_ns, touched, drains_ns)
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from cgagen.emulator.chip import Coverage
 from cgagen.stamp.image import Image
 from hil.forced import ForcedSensors
+from hil.roster import check_reading
 from hil.subject import Subject
 from hil.target import Stimulus
 from hil.trial import Trial
@@ -52,7 +53,8 @@ class MainTrial(Trial):
         return sum((self.bench.wire(f"command_{bit}").level or 0) << bit for bit in range(3))
 
     def present(self, stimulus: Stimulus) -> None:
-        """Put this in front of the sensors."""
+        """Put this in front of the sensors. Raises ReadingError."""
+        check_reading(stimulus, self.subject.robot)
         self._sensors.show(stimulus)
 
 

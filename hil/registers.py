@@ -17,6 +17,7 @@ from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image, Use
 from hil.emulated import DECISION_LIMIT_NS, PinsTarget
 from hil.layout import Place, layout_of, line_of_label
+from hil.roster import check_reading
 from hil.subject import Subject
 from hil.target import IMAGE, LATENCY, REGISTERS, STATE, Identity, Observation, Stimulus
 
@@ -103,10 +104,12 @@ class RegisterTarget(Closing):
         """Run `Decide` once.
 
         Raises:
+            ReadingError: the stimulus is not one of this robot.
             TargetTimeout: it does not come back.
         """
+        registers = self.registers(stimulus)
         try:
-            took_ns = self._routine.call(self.registers(stimulus))
+            took_ns = self._routine.call(registers)
         except CgagenError as error:
             raise TargetTimeout(f"{self.subject.where}: {error}") from error
         words, command = self._routine.words, self._command(self._routine.latch)
@@ -156,7 +159,8 @@ class RegisterTarget(Closing):
         return sum((latch >> pin & 1) << bit for bit, pin in self._shifts)
 
     def registers(self, stimulus: Stimulus) -> list[int]:
-        """Return the register file as sensing leaves it."""
+        """Return the register file as sensing leaves it. Raises ReadingError."""
+        check_reading(stimulus, self.subject.robot)
         words = self._before.copy()
         for index, one in zip(self._words, (*stimulus.sonars, *stimulus.lights), strict=True):
             words[index] = one

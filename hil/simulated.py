@@ -16,6 +16,7 @@ from cgagen.bench_protocol import (
 )
 from cgagen.robot import Robot, SituationCounts
 from cgagen.words import COMMANDS, Movement, Role
+from hil.roster import rows_of
 from hil.subject import Subject
 from hil.target import STATE, Identity, Observation, Stimulus
 from sim.jit import kernel
@@ -53,7 +54,7 @@ class SimulatedTarget:
         return Identity(self._subject.robot.name, self._subject.genome_digest)
 
     def decide(self, stimulus: Stimulus) -> Observation:
-        """Return what the simulator decides."""
+        """Return what the simulator decides. Raises ReadingError."""
         return self.decide_all([stimulus])[0]
 
     def decide_all(self, stimuli: Sequence[Stimulus]) -> list[Observation]:
@@ -87,8 +88,11 @@ def states_of(robot: Robot, stimuli: Sequence[Stimulus]) -> NDArray[np.int64]:
 
     A prey's classifier answers with commands; asked with a reflex whose answers are the numbers
     of the states, it answers with those.
+
+    Raises:
+        ReadingError: one is not of this robot.
     """
-    rows = np.array([(*s.sonars, *s.touched, *s.lights) for s in stimuli], dtype=np.int64)
+    rows = rows_of(stimuli, robot)
     states = np.zeros(len(rows), dtype=np.int64)
     if not len(rows):
         return states

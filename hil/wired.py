@@ -14,6 +14,7 @@ from cgagen.flash import plan_of
 from cgagen.flash.verify import read_sent
 from cgagen.link.bench_hook import BenchHook, banner_in
 from cgagen.stamp.image import Image
+from hil.roster import check_reading
 from hil.subject import Subject
 from hil.target import IMAGE, STATE, Identity, Observation, Stimulus
 
@@ -139,9 +140,11 @@ class WiredTarget(WiredChip):
         """Ask for a decision.
 
         Raises:
+            ReadingError: the stimulus is not one of this robot.
             TargetTimeout: it listens and does not answer.
             RigError: nothing comes from it any more.
         """
+        check_reading(stimulus, self.subject.robot)
         left, right = stimulus.touched
         readings = reading_text((not left) | (not right) << 1, (*stimulus.sonars, *stimulus.lights))
         try:

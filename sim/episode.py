@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from cgagen.words import COMMANDS, Movement, Role, Situation, situations_of
 from sim.batch import bonus
+from sim.entry import checked_starts, checked_steps, checked_words
 from sim.jit import device, kernel
 from sim.model import with_distance
 from sim.numbers import WorldNumbers
@@ -108,8 +109,14 @@ def play_recorded(
         start: shape (1, 8).
         steps: how many to play.
         numbers: of the world.
+
+    Raises:
+        ValueError: another shape, or numbers that cannot be.
     """
-    poses = np.empty((steps, 9))
+    genome, start = checked_words(genome), checked_starts(start)
+    if genome.ndim != 1 or len(start) != 1:
+        raise ValueError(f"one genome and one start play, not {genome.shape} and {start.shape}")
+    poses = np.empty((checked_steps(steps), 9))
     looks = np.empty((steps, LOOK_COLUMNS), np.int64)
     record(genome, with_distance(start)[:, 0].copy(), numbers, poses, looks)
     return poses, looks

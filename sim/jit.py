@@ -37,6 +37,7 @@ KERNEL_FILES = (
             "batch.py",
             "starts.py",
             "model.py",
+            "entry.py",
         )
     ),
 )

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cgagen.robot import Arena, Robot
 from cgagen.words import BITS_PER_GENE, GENES
 from sim.batch import LANES, play
+from sim.entry import checked_bits, checked_starts, checked_steps, checked_words
 from sim.numbers import Options, world_numbers
 from sim.starts import draw_starts
 
@@ -38,11 +39,14 @@ def words_of(bits: NDArray[np.uint8]) -> NDArray[np.int64]:
     Returns:
         Word b holds bit b of all 64 commands, shape (3, n).
 
+    Raises:
+        ValueError: another shape, or other numbers.
+
     >>> one = np.zeros((1, 192), np.uint8); one[0, 3:6] = (1, 0, 1)   # gene 1 is 101
     >>> words_of(one)[:, 0].tolist()
     [2, 0, 2]
     """
-    genes = bits.reshape(-1, GENES, BITS_PER_GENE)[:, :, ::-1]
+    genes = checked_bits(bits).reshape(-1, GENES, BITS_PER_GENE)[:, :, ::-1]
     packed = np.packbits(np.ascontiguousarray(genes.transpose(2, 0, 1)), axis=2, bitorder="little")
     return np.ascontiguousarray(packed).view("<i8")[:, :, 0].astype(np.int64)
 
@@ -63,6 +67,9 @@ class World:
         options: what the paper leaves open.
         steps: gait cycles of an episode.
         threads: how many share the episodes; the results do not depend on it.
+
+    Raises:
+        ValueError: fewer steps or threads than 1.
     """
 
     def __init__(
@@ -75,7 +82,9 @@ class World:
         threads: int = 1,
     ) -> None:
         self.numbers = world_numbers(predator, prey, arena, options)
-        self.steps = steps
+        self.steps = checked_steps(steps)
+        if threads < 1:
+            raise ValueError(f"threads is {threads}, it must be 1 or more")
         self._gap_units = arena.start_gap_units
         self._threads = threads
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
@@ -91,7 +100,12 @@ class World:
         Args:
             bits: shape (n, 192); see `words_of`.
             starts: shape (S, 8).
+
+        Raises:
+            ValueError: another shape, or numbers that cannot be.
         """
+        if not len(bits) or not len(starts):
+            raise ValueError("nobody plays, or from nowhere; give individuals and starts")
         individuals, count = len(bits), len(starts)
         scores, caught = self.play(words_of(bits), starts)
         # A running sum adds in one order everywhere; NumPy's own sum may not.
@@ -105,7 +119,13 @@ class World:
         """Play episodes; return the sums of their step scores and the steps of their captures.
 
         Both have the shape (n * S,), genome by genome; the step of a capture is 0 for none.
+
+        Raises:
+            ValueError: another shape, or numbers that cannot be.
         """
+        words, starts = checked_words(words), checked_starts(starts)
+        if words.ndim != 2:
+            raise ValueError(f"the words of genomes have the shape (3, n), not {words.shape}")
         episodes = words.shape[1] * len(starts)
         scores, caught = np.empty(episodes), np.empty(episodes, np.int64)
         columns = with_distance(starts)

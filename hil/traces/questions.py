@@ -16,13 +16,13 @@ from hil.messages import (
     Fault,
     unpack,
 )
+from hil.roster import trouble_of
 from hil.target import Observation
 from hil.traces.candump import Row
 from hil.traces.values import (
     NS_PER_US,
     Sample,
     check_decision,
-    check_shape,
     refused,
 )
 
@@ -152,7 +152,7 @@ class Reader:
                 f"reading {seq} has a fault, which no other target can make",
                 "record without faults",
             )
-        odd = check_shape(stimulus, self._robot)
+        odd = trouble_of(stimulus, self._robot)
         if odd:
             raise refused(self._name, row.where, f"reading {seq} {odd}", "name its own robot")
         self._answerable = seq

@@ -7,10 +7,11 @@ contradicts.
 from dataclasses import dataclass, fields, replace
 
 from hil.equivalence import Explain, Finding, Trial, Verdict, compare
+from hil.roster import trouble_of
 from hil.simulated import SimulatedTarget
 from hil.subject import Subject
 from hil.target import Observation, Target
-from hil.traces.values import Sample, Trace, check_shape, refused
+from hil.traces.values import Sample, Trace, refused
 
 TARGET, RECORDING = "target", "recording"
 
@@ -90,7 +91,7 @@ def check_trace(trace: Trace, subject: Subject) -> None:
     """
     robot, origin = subject.robot, trace.origin
     for sample in trace.samples:
-        odd = check_shape(sample.stimulus, robot)
+        odd = trouble_of(sample.stimulus, robot)
         if odd:
             raise refused(trace.name, sample.where, f"the reading {odd}", "name its own robot")
     if origin is None or not trace.decided or origin.genome is None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cgagen.errors import TraceError
-from cgagen.robot import Robot
 from cgagen.words import GENES, Role
 from hil.messages import TICK_NS
 from hil.target import Observation, Stimulus
@@ -128,18 +127,6 @@ def check_decision(role: Role, state: int | None, command: int | None) -> str:
     if command is not None and not 0 <= command < COMMANDS:
         return f"command {command} is not 0 to {COMMANDS - 1}"
     return ""
-
-
-def check_shape(stimulus: Stimulus, robot: Robot) -> str:
-    """Return why a reading is not of a robot; "" where it is."""
-    lights = len(robot.light.sensors) if robot.light else 0
-    sonars = len(robot.sonars)
-    if (len(stimulus.sonars), len(stimulus.lights)) == (sonars, lights):
-        return ""
-    return (
-        f"has {len(stimulus.sonars)} sonars and {len(stimulus.lights)} light sensors, and "
-        f"{robot.name} has {sonars} and {lights}"
-    )
 
 
 def sample_of(

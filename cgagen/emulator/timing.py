@@ -51,7 +51,8 @@ class Timing:
             "several milliseconds"; choice, 2 to 10 ms.
         slow_clock_ns: what SLEEP, END and POLLWAIT count in: 2.304 s. Ref: S2 p. 441, +-1 %
             for SLEEP.
-        nap_ns: NAP 0, doubled by each step. 18 ms. Ref: S2 p. 285, -50 % to +100 %.
+        nap_ns: NAP 0, doubled by each step. 18 ms. Ref: S2 p. 285, -50 % to +100 %;
+            S9 (1.8) p. 285, within 10 % at room temperature.
         glitch_ns: pins are inputs so long at each wake-up of END, NAP, SLEEP and POLLWAIT.
             18 ms, 60 us on a BS2pe. Ref: S2 p. 187, 286, 442.
         pollwait_ns: POLLWAIT 8 looks so often: 160 us, 250 us on a BS2pe. Ref: S2 p. 335 ("less
@@ -63,7 +64,7 @@ class Timing:
         pulsin_ns: one unit of PULSIN. Ref: S2 p. 343; a BS2p and a BS2pe as `Chip` has them.
         rctime_ns: one unit of RCTIME. Ref: S2 p. 363; for a BS2p S9 (2.0c) says 900, not 750.
         count_ns: one unit of COUNT's duration. BS2 1 ms, BS2sx 400 us, BS2p 287 us, BS2pe
-            720 us. Ref: S2 p. 149, "approximate".
+            720 us. Ref: S2 p. 149, "approximate"; S9 (2.0c) p. 89; S5.
         count_pulse_ns: the shortest half of a pulse that COUNT sees. Ref: S2 p. 149.
         pwm_ns: one cycle of PWM. BS2 1 ms, BS2p 1 ms / 1.53, BS2pe 1.62 ms. Ref: S5 and S4 (PWM).
             S7 measured 1.15 ms on a BS2.

@@ -9,6 +9,7 @@
      +-- RunError           3   a run folder that cannot be started or continued, and why
      +-- TemplateError      3   a template needs a word that the context does not have
      +-- FolderError        3   an output that would overwrite what is not ours
+     |    +-- SamePlaceError  2   two outputs, or an output and an input, at one place
      +-- ImageError         3   bytes that are not the image of a Stamp
      +-- BudgetError        3   a program that does not fit its chip with the reserve asked for
      +-- BenchError         3   a bench file that says something that cannot be
@@ -76,6 +77,12 @@ class FolderError(CgagenError):
     """An output folder that holds something else; `--force` is the way past it."""
 
     exit_code = 3
+
+
+class SamePlaceError(FolderError):
+    """Two outputs of one call, or an output and an input, are one file: a matter of usage."""
+
+    exit_code = 2
 
 
 class ImageError(CgagenError):

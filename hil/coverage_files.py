@@ -6,11 +6,19 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from cgagen.emulator.coverage_report import SourceCoverage, coverage_listing, lcov
+from cgagen.emulator.coverage_report import (
+    LISTING,
+    TRACEFILE,
+    SourceCoverage,
+    coverage_listing,
+    lcov,
+)
 from cgagen.files import make_folder, write_text
+from cgagen.outputs import Kind
+from cgagen.places import place_of
 from hil.evidence import source_coverage
 
-TRACEFILE, LISTING = "hil-coverage.info", "hil-coverage.txt"
+TRACEFILE_NAME, LISTING_NAME = "hil-coverage.info", "hil-coverage.txt"
 
 
 def write_coverage(path: Path, robots: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -28,17 +36,23 @@ def write_coverage(path: Path, robots: Sequence[Mapping[str, Any]]) -> list[str]
         for robot in robots
         for data in robot["coverage"].values()
     ]
-    if path.suffix:
-        make_folder(path.parent)
-        files = path, path.with_suffix(".txt")
-    else:
-        make_folder(path)
-        files = path / TRACEFILE, path / LISTING
-    write_text(files[0], lcov(sources))
-    write_text(files[1], coverage_listing(sources))
+    files = coverage_files(path)
+    texts = lcov(sources), coverage_listing(sources)
+    for (file, _), text in zip(files, texts, strict=False):
+        make_folder(file.parent)
+        write_text(file, text)
     lines = [f"coverage {one.summary}{_missed(one)}" for one in sources]
     lines += [_genes(robot) for robot in robots]
-    return [*lines, f"coverage: {files[0]}, {files[1]}"]
+    return [*lines, f"coverage: {', '.join(str(file) for file, _ in files)}"]
+
+
+def coverage_files(path: Path) -> list[tuple[Path, Kind]]:
+    """Return the files of a coverage, each with its kind; a stream gets the tracefile alone."""
+    if path.exists() and not path.is_dir() and place_of(path).is_stream:
+        return [(path, TRACEFILE)]
+    if path.suffix:
+        return [(path, TRACEFILE), (path.with_suffix(".txt"), LISTING)]
+    return [(path / TRACEFILE_NAME, TRACEFILE), (path / LISTING_NAME, LISTING)]
 
 
 def _genes(robot: Mapping[str, Any]) -> str:

@@ -10,7 +10,10 @@ from cgagen.errors import RunError
 from cgagen.files import write_text
 from cgagen.inputs import DECISIONS, read_text
 from cgagen.notations import parse_json
+from cgagen.outputs import begins
 from hil.target import Observation, Stimulus, stimulus_of
+
+DECISION_LINES = begins("a file of decisions", '{"seq": ')
 
 
 @dataclass(frozen=True, slots=True)

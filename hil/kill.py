@@ -18,6 +18,7 @@ import click
 
 from cgagen.errors import CgagenError, SourceError
 from cgagen.files import write_text
+from cgagen.outputs import check_outputs
 from cgagen.tokenizer import compile_source
 from hil.fate import (
     EQUIVALENT,
@@ -32,7 +33,7 @@ from hil.fate import (
 )
 from hil.judge_legs import judge_legs
 from hil.judge_main import judge_main
-from hil.kills import matrix, record_of, record_text, summary
+from hil.kills import MATRIX, matrix, record_of, record_text, summary
 from hil.main_wanted import Wanted, wanted_of
 from hil.mutate import Mutant, all_mutants, choose
 from hil.proof import Proof, prove
@@ -138,15 +139,19 @@ def _in_decide(fate: Fate) -> bool:
 @click.option("--all", "every", is_flag=True, help="All mutants that there are.")
 @click.option("--robot", type=click.Choice(ROLES), help="This robot's programs alone.")
 @click.option("--out", type=click.Path(path_type=Path), help="The matrix as JSON, of one --robot.")
-def main(number: int, every: bool, robot: str | None, out: Path | None) -> None:
+@click.option("--force", is_flag=True, help="Overwrite what is no matrix of ours.")
+def main(number: int, every: bool, robot: str | None, out: Path | None, force: bool) -> None:
     """Judge NUMBER mutants of each program; print matrix and survivors.
 
     Ends with 1 where a survivor is not reviewed.
     """
     if out is not None and robot is None:
         raise click.UsageError("--out holds one robot's matrix: say which, with --robot")
-    if out is not None and not out.parent.is_dir():
-        raise click.UsageError(f"--out: there is no folder {out.parent}; make it first")
+    if out is not None:
+        try:
+            check_outputs([(out, MATRIX)], force=force)
+        except CgagenError as error:
+            raise click.UsageError(f"--out: {error}") from error
     began_s = time.monotonic()
     roles = ROLES if robot is None else (robot,)
     fates = list(proven(judge_all(None if every else number, workers=2, roles=roles)))

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
+from cgagen.outputs import begins
 from hil.fate import (
     APART,
     EQUIVALENT,
@@ -18,6 +19,8 @@ from hil.fate import (
 from hil.subject import CHIPS, Subject
 
 FORMAT = "cgagen-kills-1"
+
+MATRIX = begins("a kill matrix", f'{{\n "format": "{FORMAT}"')
 
 
 def matrix(fates: Iterable[Fate]) -> str:

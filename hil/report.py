@@ -15,14 +15,21 @@ from cgagen.errors import FolderError, RunError
 from cgagen.files import write_text
 from cgagen.inputs import KILLS, read_bytes
 from cgagen.notations import parse_json
+from cgagen.outputs import Kind, begins
+from cgagen.places import place_of
 from hil.equivalence import Verdict, worst
 from hil.evidence import source_coverage
 from hil.kills import FORMAT as KILLS_FORMAT
-from hil.report_page import page_text
+from hil.report_page import PAGE_MARK, page_text
 
 FORMAT = "cgagen-hil-report-1"
 FILES = {".json": "hil-report.json", ".html": "hil-report.html"}
 """What a folder is given, by suffix."""
+
+KINDS = {
+    ".json": begins("a report", f'{{\n "format": "{FORMAT}"'),
+    ".html": Kind("a report", lambda head: PAGE_MARK.encode() in head[:1000]),
+}
 
 
 def report_of(
@@ -64,20 +71,22 @@ def report_of(
     }
 
 
-def check_names(paths: Iterable[Path]) -> None:
-    """Refuse the name of a report that could not be written, before the work.
+def report_files(paths: Iterable[Path]) -> list[tuple[Path, Kind]]:
+    """Return the files that reports go to, and of which kind each is; before the work.
+
+    Args:
+        paths: files whose names end in .html or .json; folders get both; a stream gets JSON.
 
     Raises:
-        FolderError: the name says no kind of report, or its folder is missing.
+        FolderError: a name says no kind of report, or its folder is missing.
     """
+    files: list[tuple[Path, Kind]] = []
     for path in paths:
-        if not path.is_dir() and path.suffix.lower() not in FILES:
-            raise FolderError(
-                f"{path}: a report's name ends in .html or .json; name such a file, or a folder "
-                "that exists for both"
-            )
-        if not path.parent.is_dir():
-            raise FolderError(f"{path}: there is no folder {path.parent}; make it first")
+        if path.is_dir():
+            files += [(path / name, KINDS[suffix]) for suffix, name in FILES.items()]
+        else:
+            files.append((path, KINDS[_suffix(path)]))
+    return files
 
 
 def write_reports(paths: Iterable[Path], report: Mapping[str, Any]) -> list[Path]:
@@ -87,19 +96,30 @@ def write_reports(paths: Iterable[Path], report: Mapping[str, Any]) -> list[Path
         What was written.
 
     Raises:
-        FolderError: see `check_names`.
+        FolderError: see `report_files`.
         StorageError: the disk refuses.
     """
     written = []
-    wanted = list(paths)
-    check_names(wanted)
-    for path in wanted:
-        for suffix in FILES if path.is_dir() else [path.suffix.lower()]:
-            file = path / FILES[suffix] if path.is_dir() else path
-            text = page_text(report) if suffix == ".html" else json.dumps(report, indent=1) + "\n"
-            write_text(file, text)
-            written.append(file)
+    for file, kind in report_files(paths):
+        is_page = kind is KINDS[".html"]
+        write_text(file, page_text(report) if is_page else json.dumps(report, indent=1) + "\n")
+        written.append(file)
     return written
+
+
+def _suffix(path: Path) -> str:
+    """Return which form of a report is meant."""
+    suffix = path.suffix.lower()
+    if not path.parent.is_dir():
+        raise FolderError(f"{path}: there is no folder {path.parent}; make it first")
+    if suffix in FILES:
+        return suffix
+    if place_of(path).is_stream:
+        return ".json"
+    raise FolderError(
+        f"{path}: a report's name ends in .html or .json; name such a file, or a folder that "
+        "exists for both"
+    )
 
 
 def read_kills(path: Path) -> dict[str, Any]:

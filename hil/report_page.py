@@ -10,6 +10,9 @@ from cgagen.words import GENES, Situation, situation_name
 
 TEMPLATE = "hil-report.html.jinja"
 
+PAGE_MARK = '<meta name="generator" content="cgagen-hil-report-1">'
+"""In the head of every page: whose it is."""
+
 MARKS = {"PASS": "✓", "FAIL": "✗", "BLOCKED": "⊘", "UNPROVEN": "?", "NOT TRIED": "-"}
 """Beside every colour stands a sign."""
 
@@ -27,7 +30,7 @@ def page_text(report: Mapping[str, Any]) -> str:
         keep_trailing_newline=True,
     )
     environment.filters |= {"ms": _ms, "words": _words, "digits": _digits}
-    environment.globals["marks"] = MARKS
+    environment.globals |= {"marks": MARKS, "mark": PAGE_MARK}
     robots = [_shown(robot) for robot in report["robots"]]
     return environment.get_template(TEMPLATE).render(dict(report) | {"robots": robots})
 

@@ -113,7 +113,7 @@ def test_sums(covered: SourceCoverage) -> None:
 
 def test_lcov(covered: SourceCoverage) -> None:
     rows = lcov([covered, covered]).splitlines()
-    assert rows[:4] == ["TN:", "SF:it.bs2", "BRDA:7,0,0,2", "BRDA:7,0,1,1"]
+    assert rows[:4] == ["TN:cgagen", "SF:it.bs2", "BRDA:7,0,0,2", "BRDA:7,0,1,1"]
     assert [row for row in rows if row.startswith("DA:")] == 2 * [
         f"DA:{line},{count}" for line, count in COUNTS.items()
     ]

@@ -72,7 +72,7 @@ def test_what_a_run_leaves_behind_and_the_same_bytes_again(tmp_path: Path) -> No
         ("OTHER", "UNPROVEN"),
     ]
     assert str(tmp_path) not in told["hil-report.html"].decode()
-    assert told["lines.info"].startswith(b"TN:\nSF:prey/main.bsp\n")
+    assert told["lines.info"].startswith(b"TN:cgagen\nSF:prey/main.bsp\n")
     replayed = inside(
         tmp_path,
         *(f"--hil-build={FIRMWARE / 'prey'}", "-k", "test_trace"),

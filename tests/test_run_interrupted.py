@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from cgagen.errors import RunError, StoppedError, StorageError
-from cgagen.run import folder as run_folder
 from cgagen.run import resume, start
+from cgagen.temporaries import is_temporary
 from tests import toy_run
 from tests.run_cases import contents, resume_toy, unbroken
 from tests.toy_run import ToyFactory, record
@@ -42,7 +42,7 @@ def test_a_crash_at_any_file_then_resume(tmp_path, monkeypatch, trials, after):
         def replaced(source, target, crash_at=crash_at, count=count):
             crash = next(count) == crash_at
             if crash and not after:
-                Path(source).with_name(f".{Path(target).name}.abcdef12").write_bytes(b"half")
+                Path(source).with_name(".cgagen-abcdef12.tmp").write_bytes(b"half")
                 raise Crash
             real(source, target)
             if crash:
@@ -169,7 +169,7 @@ def test_a_full_disk_at_any_file(tmp_path, monkeypatch, trials):
         assert "No space left on device" in sentence
         assert f"cgagen resume {folder}`" in sentence
         assert "\n" not in sentence
-        assert not [name for name in contents(folder) if run_folder._LEFTOVER.search(name)]
+        assert not [name for name in contents(folder) if is_temporary(name)]
         resume_toy(folder)
         place = folder if trials == 1 else folder / "trial-1"
         assert contents(place) == unbroken(1)[1]

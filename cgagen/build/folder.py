@@ -1,14 +1,13 @@
 """A build on the disk: whole, or not there."""
 
 import os
-import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from cgagen.build.record import FILES, RECORD_FILE, read_record
 from cgagen.errors import FolderError, StorageError
 from cgagen.files import make_folder, write_bytes
+from cgagen.temporaries import temporary_folder
 
 
 def write_build(folder: Path, files: Mapping[str, bytes], force: bool = False) -> None:
@@ -36,21 +35,15 @@ def write_build(folder: Path, files: Mapping[str, bytes], force: bool = False) -
         )
     make_folder(folder.parent)
     try:
-        temporary = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+        with temporary_folder(folder.resolve().parent) as temporary:
+            for name, content in files.items():
+                write_bytes(temporary / name, content)
+            if foreign is None:
+                _exchange(temporary, folder)
+            else:
+                _fill(temporary, folder, files)
     except OSError as error:
         raise _storage_error(folder, error) from error
-    try:
-        os.chmod(temporary, 0o755)
-        for name, content in files.items():
-            write_bytes(temporary / name, content)
-        if foreign is None:
-            _exchange(temporary, folder)
-        else:
-            _fill(temporary, folder, files)
-    except OSError as error:
-        raise _storage_error(folder, error) from error
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _foreign(folder: Path) -> str | None:
@@ -78,16 +71,13 @@ def _exchange(temporary: Path, folder: Path) -> None:
         os.rename(temporary, folder)
         return
     target = folder.resolve()
-    old = Path(tempfile.mkdtemp(prefix=f".{target.name}.old.", dir=target.parent))
-    try:
+    with temporary_folder(target.parent) as old:
         os.replace(target, old)
         try:
             os.rename(temporary, target)
         except BaseException:
             os.replace(old, target)
             raise
-    finally:
-        shutil.rmtree(old, ignore_errors=True)
 
 
 def _fill(temporary: Path, folder: Path, files: Mapping[str, bytes]) -> None:

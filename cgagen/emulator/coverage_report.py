@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cgagen.emulator.chip import Coverage
+from cgagen.outputs import begins
 from cgagen.stamp.compiled import Compiled, Statement
 from cgagen.stamp.decode import decode
 from cgagen.stamp.program import Instruction, Program
@@ -21,8 +22,14 @@ _WORDS: dict[str, tuple[str, str]] = {
 }
 """Instructions that decide: going on behind themselves, and jumping."""
 
+TEST_NAME = "TN:cgagen"
+"""First line of a tracefile: the name of the test, as LCOV has it, and whose file it is."""
+
 LISTING_TITLE = "coverage of "
 """What a listing begins with."""
+
+TRACEFILE = begins("coverage", TEST_NAME + "\n")
+LISTING = begins("a listing of coverage", LISTING_TITLE)
 
 _LABELLED = ("went on", "to a label")
 """Serial instructions with a label for time-out or parity."""
@@ -138,7 +145,7 @@ def lcov(sources: Sequence[SourceCoverage]) -> str:
     """
     rows: list[str] = []
     for one in sources:
-        rows += ["TN:", f"SF:{one.name}"]
+        rows += [TEST_NAME, f"SF:{one.name}"]
         for line in one.lines:
             for block, decision in enumerate(line.decisions):
                 for way in (0, 1):

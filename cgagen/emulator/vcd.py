@@ -15,9 +15,12 @@ from cgagen.emulator.clock import Clock
 from cgagen.emulator.wires import Wire
 from cgagen.errors import BenchError
 from cgagen.files import text_stream
+from cgagen.outputs import Kind
 
 if TYPE_CHECKING:
     from vcd.writer import Variable
+
+WAVEFORM = Kind("a waveform", lambda head: b"$version cgagen $end" in head[:1000])
 
 NO_SCOPE = "wires"
 """Where names without a dot go."""

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cgagen.pytest_plugin.options import ALWAYS, OFF, HilConfig
-from cgagen.pytest_plugin.ours import load
+from cgagen.pytest_plugin.ours import errors, load
 from cgagen.pytest_plugin.session import SESSION
 
 if TYPE_CHECKING:
     from cgagen.emulator.bench import Bench
+    from cgagen.outputs import Kind
     from hil.decisions import Decision
     from hil.subject import Subject
     from hil.target import Stimulus, Target
@@ -78,6 +79,8 @@ class TestFiles:
         """Write down what a target is asked from now on."""
         if name in self._asked or not (self._folder or self._wanted.record):
             return
+        if self._wanted.record is not None:
+            self._check(self._record_files(self._wanted.record, name))
         decisions: list[Decision] = []
         self._asked[name] = (target, subject, decisions)
         made, ask = load("hil.decisions").Decision, target.decide
@@ -95,6 +98,7 @@ class TestFiles:
         if self._wanted.vcd == OFF or self._folder is None:
             return
         path = self._made(self._folder) / WAVEFORM.format(file_name(name))
+        self._check([(path, load("cgagen.emulator.vcd").WAVEFORM)])
         self._waveforms.append(path)
         recording = load("cgagen.emulator.recording").record_bench(path, bench)
         waveform = self._stack.enter_context(recording)
@@ -139,6 +143,26 @@ class TestFiles:
             trace = load("hil.records").trace_of(subject, target, decisions, self._wanted.seed)
             log = path.with_suffix(".log")
             load("hil.traces").write_trace(log, trace, subject.robot, force=True)
+
+    def _record_files(self, folder: Path, name: str) -> "list[tuple[Path, Kind]]":
+        """Return what will be written of a target, each with its kind."""
+        path = folder / f"{self._name}-{name}.jsonl"
+        if not folder.is_dir():
+            return []
+        frames: list[tuple[Path, Kind]]
+        frames = load("hil.traces.storage").trace_files(path.with_suffix(".log"))
+        return [(path, load("hil.decisions").DECISION_LINES), *frames]
+
+    def _check(self, files: "list[tuple[Path, Kind]]") -> None:
+        """Refuse to write over what is not of ours.
+
+        Raises:
+            pytest.UsageError: see `cgagen.outputs.check_outputs`.
+        """
+        try:
+            load("cgagen.outputs").check_outputs(files, force=self._wanted.force)
+        except errors().CgagenError as error:
+            raise pytest.UsageError(f"{error} (here: --hil-force)") from error
 
     @staticmethod
     def _made(folder: Path) -> Path:

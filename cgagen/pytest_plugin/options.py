@@ -56,6 +56,7 @@ OPTIONS = (
     Option("kills", "FILE", "Kill matrix of make hil-mutants.", many=True, path=True),
     Option("requirements", "FILE", "TOML: what the ids of hil_req stand for.", path=True),
     Option("reruns", "N", "Repeat what a sick bench has blocked (0)."),
+    Option("force", "", "Write over files that are not of ours."),
     Option("require", "", "What cannot be tried is an error, no skip."),
 )
 
@@ -94,6 +95,7 @@ class HilConfig:
         kills: kill matrices.
         requirements: file, or None for those of cgagen's own tests.
         reruns: how often what is BLOCKED is repeated.
+        force: files that are not of ours may be written over.
     """
 
     targets: tuple[str, ...]
@@ -113,11 +115,17 @@ class HilConfig:
     kills: tuple[Path, ...] = ()
     requirements: Path | None = None
     reruns: int = 0
+    force: bool = False
 
     @property
     def folder(self) -> Path | None:
         """Where artifacts go; None for nowhere."""
         return self.artifacts or (Path(ARTIFACTS) if self.vcd != OFF else None)
+
+    @property
+    def writes(self) -> bool:
+        """Whether something is written at the end."""
+        return self.coverage is not None or bool(self.reports)
 
     @property
     def counts(self) -> bool:
@@ -213,7 +221,7 @@ def asked(config: pytest.Config) -> HilConfig:
         build=one["build"],
         level=one["level"] or LEVELS[0],
         seed=_number("seed", one["seed"], 1),
-        require=(one["require"] or "").lower() in ("true", "1", "yes", "on"),
+        require=_switch(one["require"]),
         traces=tuple(map(Path, words["trace"])),
         record=_path(one["record"]),
         vcd=one["vcd"] or OFF,
@@ -224,7 +232,12 @@ def asked(config: pytest.Config) -> HilConfig:
         kills=tuple(map(Path, words["kills"])),
         requirements=_path(one["requirements"]),
         reruns=_number("reruns", one["reruns"], 0),
+        force=_switch(one["force"]),
     )
+
+
+def _switch(word: str | None) -> bool:
+    return (word or "").lower() in ("true", "1", "yes", "on")
 
 
 def _path(word: str | None) -> Path | None:

@@ -93,7 +93,7 @@ class HilSession:
         Raises:
             pytest.UsageError: a file that could not be read or written at the end.
         """
-        if self.asked.reports or self.asked.kills or self.asked.requirements:
+        if self.asked.writes or self.asked.kills or self.asked.requirements:
             self._check_files()
         if self.asked.counts and self._counted is None:
             benches = load("hil.benches")
@@ -106,9 +106,18 @@ class HilSession:
         Raises:
             pytest.UsageError: a sentence that says what and where.
         """
-        report = load("hil.report")
+        asked, report = self.asked, load("hil.report")
+        outputs = load("cgagen.outputs")
+        read = [*asked.traces, *asked.kills, asked.genome, asked.robot, asked.requirements]
         try:
-            report.check_names(self.asked.reports)
+            files = report.report_files(asked.reports)
+            if asked.coverage is not None:
+                files += load("hil.coverage_files").coverage_files(asked.coverage)
+            outputs.check_outputs(
+                [(path, kind) for path, kind in files if path.parent.is_dir()],
+                [Path(one) for one in read if one is not None],
+                asked.force,
+            )
             for path in self.asked.kills:
                 report.read_kills(path)
             load("hil.requirements").read_requirements(self.asked.requirements)

@@ -18,7 +18,6 @@ Fitness is a mean step score in arena units, `captured` a share from 0 to 1.
 import errno
 import fcntl
 import os
-import re
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -35,6 +34,7 @@ from cgagen.genome import Genome, Origin, from_array
 from cgagen.inputs import RUN_FILE, read_text
 from cgagen.run.record import RunRecord, from_text
 from cgagen.shell import command
+from cgagen.temporaries import is_temporary
 
 RECORD = "0-run.toml"
 TRAINING = "2-training.csv"
@@ -45,12 +45,6 @@ LOCK = ".lock"
 POPULATION_HEAD = "individual,training_fitness,fixed_fitness,fixed_captured,bits"
 LOCK_WAIT_S = 3.0
 """choice: a run that was just killed may have a worker that needs a moment to notice."""
-
-_LEFTOVER = re.compile(
-    r"\.(0-run\.toml|1-(predator|prey|arena)\.toml|2-(training|fitness)\.csv"
-    r"|2-population-g\d+\.csv|2-checkpoint\.npz|best\.genome)\.[a-z0-9_]{8}"
-)
-"""Temporary names of `files.write_bytes` that a killed process left."""
 
 
 def population_name(generation: int) -> str:
@@ -123,7 +117,7 @@ def refuse_unless_free(folder: Path, record: RunRecord) -> None:
         )
     texts = record.inputs.texts()
     for name in names:
-        ours = name == LOCK or _LEFTOVER.fullmatch(name)
+        ours = name == LOCK or is_temporary(name)
         if not ours and not (name in texts and _read_text(folder / name) == texts[name]):
             raise RunError(
                 f"{folder}: is not empty (it holds {name}); choose a new folder with --run"
@@ -156,13 +150,6 @@ def read_record(folder: Path) -> RunRecord:
             f"began); start it with `{command('evolve', '--run', folder)}`"
         )
     return from_text(_read_text(path), path, lambda name: _read_text(folder / name))
-
-
-def sweep(folder: Path) -> None:
-    """Remove the temporary files of a killed process; the folder must be locked."""
-    for name in _names(folder):
-        if _LEFTOVER.fullmatch(name):
-            (folder / name).unlink(missing_ok=True)
 
 
 def reports_csv(reports: Iterable[Report]) -> str:

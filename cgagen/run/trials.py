@@ -23,6 +23,7 @@ from cgagen.run.sound import check_best, check_populations
 from cgagen.run.stop import Stopped, never
 from cgagen.run.workers import run_in_processes
 from cgagen.shell import command
+from cgagen.temporaries import sweep
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +100,7 @@ def start(
     files.make_folder(folder)
     with run_folder.locked(folder):
         run_folder.refuse_unless_free(folder, record)
-        run_folder.sweep(folder)
+        sweep(folder)
         run_folder.write_beginning(folder, record)
         with _resumable(folder):
             return _run_all(folder, record, make_world, workers, observe, stopped)
@@ -135,7 +136,7 @@ def resume(
             f"decide otherwise; continue it with {began_with}, or start a new run"
         )
     with run_folder.locked(folder):
-        run_folder.sweep(folder)
+        sweep(folder)
         jobs = _jobs(folder, record)
         if _is_complete(folder, jobs):
             return _checked(folder, jobs, _outcome(folder, jobs, was_complete=True))
@@ -206,7 +207,7 @@ def _run_all(
     else:
         for job in jobs:
             with run_folder.locked(job.folder):
-                run_folder.sweep(job.folder)
+                sweep(job.folder)
                 run_trial(job, make_world, observe, stopped)
     outcome = _outcome(folder, jobs, was_complete=False)
     best = run_folder.best_genome(record, outcome.best.trial, outcome.best.best)

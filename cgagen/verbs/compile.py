@@ -41,16 +41,19 @@ def compile_verb(
     """
     from cgagen.memory import report
     from cgagen.tokenizer import Tokenizer
-    from cgagen.tokenizer.files import read_source, write_image, write_map
+    from cgagen.tokenizer.files import IMAGE, SOURCE_MAP, read_source, write_image, write_map
+    from cgagen.verbs.written import check
 
     file = source_at(file)
+    named = ((output, IMAGE), (map_file, SOURCE_MAP))
+    check([(path, kind) for path, kind in named if path is not None], [file], force)
     with Tokenizer() as tokenizer:
         compiled = tokenizer.compile(read_source(file), str(file))
     sizes = report(compiled)
     if output is not None:
-        write_image(output, compiled.image, force)
+        write_image(output, compiled.image)
     if map_file is not None:
-        write_map(map_file, compiled, force)
+        write_map(map_file, compiled)
     for name in compiled.project_files:
         console.note(f"note: $STAMP names {name} for a further slot; compile it by itself")
     console.result(_data(compiled, sizes.to_json()), sizes.to_text().rstrip("\n"))

@@ -89,12 +89,12 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
         taken = "; --durations took it for labels, so put that behind FILE"
         raise click.UsageError(f"Missing argument 'FILE'{taken if given['durations'] else ''}.")
     from cgagen.verbs.emulate_bench import chip_of, hold_pin, load_bench
-    from cgagen.verbs.emulate_files import recorded, refuse_strangers
+    from cgagen.verbs.emulate_files import check_files, recorded
     from cgagen.verbs.emulate_report import report
     from cgagen.verbs.emulate_run import EmulateRun
 
     outputs = (given["vcd"], given["trace"], given["coverage"])
-    refuse_strangers(file, *outputs, given["force"])
+    check_files(file, *outputs, given["force"])
     bench = load_bench(console, file, given["model"])
     chip = chip_of(bench, file, given["chip_name"])
     if given["coverage"] is not None and chip.name not in bench.programs:

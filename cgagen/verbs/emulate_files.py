@@ -4,18 +4,27 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-import click
-
 from cgagen.emulator.bench import Bench, chip_ends
 from cgagen.emulator.chip import Chip, Coverage
-from cgagen.emulator.coverage_report import LISTING_TITLE, cover_source, coverage_listing, lcov
+from cgagen.emulator.coverage_report import (
+    LISTING,
+    TRACEFILE,
+    cover_source,
+    coverage_listing,
+    lcov,
+)
 from cgagen.emulator.recording import record_bench
 from cgagen.emulator.trace import HEADER, trace
-from cgagen.errors import FolderError
+from cgagen.emulator.vcd import WAVEFORM
 from cgagen.files import text_stream, write_text
+from cgagen.outputs import begins
+from cgagen.places import place_of
 from cgagen.stamp.image import Image
+from cgagen.verbs.written import check
 
 LISTING_SUFFIX = ".txt"
+
+TRACE = begins("a trace of instructions", HEADER + "\n")
 
 
 @contextmanager
@@ -53,40 +62,35 @@ def write_coverage(bench: Bench, chip: Chip, path: Path, counted: Coverage) -> N
     """Write LCOV's tracefile, and the listing beside it."""
     programs = bench.programs[chip.name]
     sources = [cover_source(one, counted, slot) for slot, one in sorted(programs.items())]
+    listing = _listing_path(path)
     write_text(path, lcov(sources))
-    write_text(listing_path(path), coverage_listing(sources))
+    if listing is not None:
+        write_text(listing, coverage_listing(sources))
 
 
-def listing_path(coverage: Path) -> Path:
-    """Return where the listing goes: `cover.info` has `cover.info.txt`."""
+def _listing_path(coverage: Path) -> Path | None:
+    """Return where the listing goes: `cover.info` has `cover.info.txt`, and a stream has none."""
+    if place_of(coverage).is_stream:
+        return None
     return coverage.with_name(coverage.name + LISTING_SUFFIX)
 
 
-def refuse_strangers(
-    source: Path, vcd: Path | None, trace_file: Path | None, coverage: Path | None, force: bool
+def check_files(
+    source: Path | None,
+    vcd: Path | None,
+    trace_file: Path | None,
+    coverage: Path | None,
+    force: bool,
 ) -> None:
-    """Refuse to write over a file that is none of these, or two of them to one place.
+    """Refuse outputs that would cost something, before the run.
 
     Raises:
-        FolderError: it is there, and is something else; or its folder is not there.
-        UsageError: two files have one name.
+        CgagenError: see `cgagen.outputs.check_outputs`.
     """
-    listing = None if coverage is None else listing_path(coverage)
-    titles = ((vcd, "$"), (trace_file, HEADER), (coverage, "TN:"), (listing, LISTING_TITLE))
-    targets = [(path, title) for path, title in titles if path is not None]
-    taken = {source.resolve()}
-    for path, _ in targets:
-        if path.resolve() in taken:
-            raise click.UsageError(f"{path} is named twice; choose another name")
-        taken.add(path.resolve())
-    for path, title in targets:
-        if not path.parent.is_dir():
-            raise FolderError(f"{path}: there is no folder {path.parent}; make it, or name another")
-        if not force and path.exists() and not _starts_with(path, title):
-            raise FolderError(
-                f"{path}: is there and is nothing that emulate has written; "
-                "choose another name, or overwrite it with --force"
-            )
+    listing = _listing_path(coverage) if coverage is not None else None
+    named = ((vcd, WAVEFORM), (trace_file, TRACE), (coverage, TRACEFILE), (listing, LISTING))
+    outputs = [(path, kind) for path, kind in named if path is not None]
+    check(outputs, [] if source is None else [source], force)
 
 
 def _images(bench: Bench, chip: Chip) -> dict[int, Image]:
@@ -97,12 +101,3 @@ def _images(bench: Bench, chip: Chip) -> dict[int, Image]:
         for slot in range(model.slots)
         if slot in programs or any(chip.eeprom(slot))
     }
-
-
-def _starts_with(path: Path, title: str) -> bool:
-    try:
-        with path.open("rb") as file:
-            start = file.read(len(title))
-    except OSError:
-        return False
-    return start in {b"", title.encode()}

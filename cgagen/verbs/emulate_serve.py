@@ -19,7 +19,7 @@ from cgagen.stamp.chips import chip as chip_row
 from cgagen.stamp.image import Image
 from cgagen.verbs.console import Console
 from cgagen.verbs.emulate_bench import chip_of, hold_pin, load_bench
-from cgagen.verbs.emulate_files import recorded, refuse_strangers
+from cgagen.verbs.emulate_files import check_files, recorded
 
 if TYPE_CHECKING:
     from cgagen.serve import Server
@@ -42,7 +42,7 @@ def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> i
     from cgagen.serve import Atn, serve
 
     outputs = (given["vcd"], given["trace"], given["coverage"])
-    refuse_strangers(file or Path(), *outputs, given["force"])
+    check_files(file, *outputs, given["force"])
     bench = _erased(given["model"]) if file is None else load_bench(console, file, given["model"])
     chip = chip_of(bench, file or Path(), given["chip_name"])
     ports = _wanted_ports(bench, chip, given["ports"])

@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 
-from cgagen.errors import FolderError, StorageError
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.emulate import TimeType
 
@@ -51,6 +50,11 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
     from cgagen.verbs.emulated_port import EMULATED, named_port, robot_behind
 
     given["robot"] = given["robot"] or robot_behind(port)
+    if given["log"] is not None:
+        from cgagen.outputs import never
+        from cgagen.verbs.written import check
+
+        check([(given["log"], never("a log"))], force=given["force"])
     # What an emulated robot says while its port is being opened is lost; so it is switched on then.
     given["reset"] |= port.startswith(EMULATED)
     with named_port(port, "main", realtime=True) as name:
@@ -72,7 +76,7 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
     with (
         stack,
         locked_port(port, given["baud"]) as wire,
-        _log(given["log"], given["force"]) as log,
+        _log(given["log"]) as log,
     ):
         limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
         ends = "" if limit_s is None else f", or --for after {limit_s:g} s"
@@ -196,27 +200,12 @@ def _decoded(
 
 
 @contextmanager
-def _log(path: Path | None, force: bool) -> Iterator[list[Callable[[bytes], Any]]]:
+def _log(path: Path | None) -> Iterator[list[Callable[[bytes], Any]]]:
     """Give what writes a log that is whole up to the last byte; nothing where none is wanted."""
     if path is None:
         yield []
         return
-    try:
-        file = path.open("wb" if force else "xb", buffering=0)
-    except FileExistsError as error:
-        raise FolderError(f"{path}: is there already; choose another, or give --force") from error
-    except OSError as error:
-        raise _unwritable(path, error) from error
+    from cgagen.files import live_file
 
-    def write(data: bytes) -> None:
-        try:
-            file.write(data)
-        except OSError as error:
-            raise _unwritable(path, error) from error
-
-    with file:
-        yield [write]
-
-
-def _unwritable(path: Path, error: OSError) -> StorageError:
-    return StorageError(f"{path}: cannot be written ({error.strerror}); choose another")
+    with live_file(path) as file:
+        yield [file.write]

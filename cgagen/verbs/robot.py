@@ -110,6 +110,8 @@ def sensors_verb(console: Console, /, port: str, robot: str | None, **given: Any
     from cgagen.robot import load_robot
     from cgagen.verbs.emulated_port import robot_behind
 
+    if given["table"]:
+        _check_table(given["table"])
     limit = given["readings"] or (TABLE_READINGS if given["table"] else None)
     named = robot or robot_behind(port)
     decoder = Decoder(load_robot(named) if named else None)
@@ -203,17 +205,33 @@ def _refuse_unknown(sensor: str | None, names: tuple[str, ...]) -> None:
 def _append(path: Path, sensor: str, distance_in: float, found: "Readings") -> None:
     """Add lines to a table, with its header where it is new."""
     from cgagen.calibrate import HEADERS
-    from cgagen.errors import StorageError
+    from cgagen.files import write_bytes
+    from cgagen.inputs import MEASUREMENTS, read_bytes
+    from cgagen.places import place_of
 
     rows = [f"{sensor},{distance_in:g},{count}" for count in found.counts(sensor)]
-    try:
-        with path.open("a", encoding="utf-8") as file:
-            lines = rows if file.tell() else [HEADERS[1], *rows]
-            file.write("".join(line + "\n" for line in lines))
-    except OSError as error:
-        raise StorageError(
-            f"{path}: cannot be written ({error.strerror}); choose another"
-        ) from error
+    before = b""
+    if place_of(path).is_file_already:
+        before = read_bytes(path, MEASUREMENTS).rstrip(b"\r\n") + b"\n"
+    lines = rows if before else [HEADERS[1], *rows]
+    write_bytes(path, before + "".join(line + "\n" for line in lines).encode())
+
+
+def _check_table(path: Path) -> None:
+    """Refuse to add lines to what is no table of a sensor's counts."""
+    from cgagen.calibrate import HEADERS
+    from cgagen.errors import FolderError
+    from cgagen.inputs import MEASUREMENTS, read_text
+    from cgagen.places import place_of
+
+    if place_of(path).is_file_already:
+        lines = [line for line in read_text(path, MEASUREMENTS).splitlines() if line.strip()]
+        header = next((line for line in lines if not line.lstrip().startswith("#")), HEADERS[1])
+        if [cell.strip() for cell in header.split(",")] != HEADERS[1].split(","):
+            raise FolderError(
+                f"{path}: its first line is not {HEADERS[1]}, so no counts are added to it; "
+                "choose another name"
+            )
 
 
 def _text(found: "Readings | None") -> str:

@@ -76,6 +76,7 @@ LEVELS = ("smoke", "boundary", "exhaustive")
     metavar="FILE",
     help="Kill matrix for the report, as `make hil-mutants` writes it.",
 )
+@click.option("--force", is_flag=True, help="Write over files that are no reports of ours.")
 @with_console
 @click.pass_context
 def verify_verb(
@@ -92,6 +93,7 @@ def verify_verb(
     traces: tuple[Path, ...],
     reports: tuple[Path, ...],
     kills: tuple[Path, ...],
+    force: bool,
 ) -> None:
     """Compare the firmware of a robot with the simulator.
 
@@ -109,13 +111,17 @@ def verify_verb(
       9   FAIL: a decision is not the simulator's
       11  UNPROVEN: not enough could be tried
     """  # noqa: D301  click's sign for lines that stay as they are
+    from cgagen.build.record import FILES as BUILD_FILES
     from cgagen.tokenizer import Tokenizer
-    from hil.report import check_names, read_kills, report_of, write_reports
+    from cgagen.verbs.written import check
+    from hil.report import read_kills, report_files, report_of, write_reports
     from hil.stimuli import Level
     from hil.traces import read_trace
     from hil.verify import verify
 
-    check_names(reports)
+    read = [one for one in (genome, robot, *traces, *kills) if one is not None]
+    read += [build / name for name in BUILD_FILES] if build is not None else []
+    check(report_files(reports), map(Path, read), force)
     matrices = [read_kills(path) for path in kills]
 
     with Tokenizer() as tokenizer:

@@ -5,16 +5,23 @@ from pathlib import Path
 from cgagen.errors import FolderError, TraceError
 from cgagen.files import write_bytes, write_text
 from cgagen.inputs import TRACE, read_bytes
+from cgagen.outputs import Kind, begins
+from cgagen.places import place_of
 from cgagen.robot import Robot
 from hil.dbc import dbc_text
 from hil.traces.candump import SUFFIXES, log_text, read_rows, read_text
 from hil.traces.questions import frames_of_samples, samples_of
-from hil.traces.sidecar import DBC_FILE, read_origin, sidecar_path, sidecar_text
+from hil.traces.sidecar import DBC_FILE, FORMAT, read_origin, sidecar_path, sidecar_text
 from hil.traces.values import Origin, Trace, refused
-from hil.traces.vectors import parse_vectors, vectors_text
+from hil.traces.vectors import TIME, parse_vectors, vectors_text
 
 CSV, LOG = ".csv", ".log"
 WRITTEN = (LOG, CSV)
+
+FRAMES = begins("a trace of frames", "(0.")
+VECTORS = begins("a table of readings", f"{TIME},")
+SIDECAR = begins("what lies beside a trace", f'{{\n  "format": "{FORMAT}"')
+DBC = Kind("the rig's DBC file", lambda head: head == dbc_text().encode())
 
 
 def read_trace(path: Path | str, robot: Robot) -> Trace:
@@ -94,17 +101,32 @@ def check_name(path: Path) -> None:
     Raises:
         TraceError: another suffix, or no such folder.
     """
-    if path.suffix not in WRITTEN:
-        raise TraceError(f"{path}: traces are written as .log or .csv; choose such a name")
     if not path.parent.is_dir():
         raise TraceError(f"{path}: there is no folder {path.parent}; make it, or choose another")
+    if path.suffix not in WRITTEN and not place_of(path).is_stream:
+        raise TraceError(f"{path}: traces are written as .log or .csv; choose such a name")
+
+
+def trace_files(path: Path) -> list[tuple[Path, Kind]]:
+    """Return the files of a trace, itself first.
+
+    A stream gets the trace alone.
+
+    Args:
+        path: whose name `check_name` takes.
+    """
+    kind = VECTORS if path.suffix == CSV else FRAMES
+    if place_of(path).is_stream:
+        return [(path, kind)]
+    files = [(path, kind), (sidecar_path(path), SIDECAR)]
+    return files if path.suffix == CSV else [*files, (path.with_name(DBC_FILE), DBC)]
 
 
 def write_trace(path: Path, trace: Trace, robot: Robot, force: bool = False) -> list[Path]:
     """Write a trace, its sidecar and, for frames, the DBC file beside it.
 
     Args:
-        path: `.log` or `.csv`.
+        path: `.log`, `.csv`, or a stream, which gets frames where its name says nothing.
         trace: with its origin.
         robot: whose it is.
         force: write over what is there.
@@ -120,17 +142,15 @@ def write_trace(path: Path, trace: Trace, robot: Robot, force: bool = False) -> 
     check_name(path)
     if trace.origin is None:
         raise TraceError(f"{trace.name}: nothing tells where it comes from; name its robot")
-    data = trace_bytes(trace, robot, path.suffix)
-    wanted = {path: data}
-    wanted[sidecar_path(path)] = sidecar_text(
-        trace.origin, data, len(trace.samples), robot
-    ).encode()
-    if path.suffix == LOG:
-        wanted[path.with_name(DBC_FILE)] = dbc_text().encode()
+    data = trace_bytes(trace, robot, CSV if path.suffix == CSV else LOG)
+    beside = sidecar_text(trace.origin, data, len(trace.samples), robot)
+    contents = {DBC: dbc_text().encode(), SIDECAR: beside.encode()}
+    wanted = {file: contents.get(kind, data) for file, kind in trace_files(path)}
     for one, content in wanted.items():
-        if not force and one.exists() and _content(one) != content:
+        place = place_of(one)
+        if not force and place.is_file_already and _content(one) != content:
             raise FolderError(f"{one}: is there already; choose another name, or give --force")
-    for one, content in wanted.items():
+    for one, content in reversed(wanted.items()):  # with the trace, all of it is there
         write_bytes(one, content)
     return list(wanted)
 

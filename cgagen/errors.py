@@ -18,6 +18,7 @@
      +-- ReadingError       3   a reading that is none of the robot: other sensors, other counts
      +-- SymbolError        3   a name that a program does not have
      +-- ExecutionError     3   a program that does what no document says what it does
+     +-- StrangerError      3   a file that is none of ours, where one of ours is wanted
      +-- StorageError       3   the disk refused to take what was written to it
      +-- ToolchainError     4   no Node, no tokenizer, a wrong hash, a worker that died
      +-- NetworkError       5   the tokenizer could not be fetched
@@ -130,6 +131,12 @@ class SymbolError(CgagenError):
 
 class ExecutionError(CgagenError):
     """A program did what no document describes: a bad opcode, a broken address, its place."""
+
+    exit_code = 3
+
+
+class StrangerError(CgagenError):
+    """A file that is none of ours; what it seems to be, and what is wanted."""
 
     exit_code = 3
 

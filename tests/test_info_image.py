@@ -137,5 +137,5 @@ def test_what_is_no_image(
     code, out, err = info(capsys, "--model", "BS2", str(file))
     assert (code, out) == (3, "")
     assert words in err
-    assert "cannot be read" in info(capsys, "--model", "BS2", str(tmp_path / "none.bin"))[2]
+    assert "no such file" in info(capsys, "--model", "BS2", str(tmp_path / "none.bin"))[2]
     assert "there is no model 'BS3'" in info(capsys, "--model", "BS3", str(file))[2]

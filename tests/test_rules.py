@@ -183,8 +183,8 @@ def test_what_nobody_has_typed_breaks_no_rule(capsys: pytest.CaptureFixture[str]
         (FIRMWARE / "predator" / "robot.toml", "--robot"),
         (FIRMWARE / "predator" / "main.bin", "--no-masking"),
         (FIRMWARE / "reference.genome", "--model"),
-        (Path("hunt.log"), "--opponent"),
-        (Path(), "--light"),
+        (FIRMWARE.parent / "hil" / "traces" / "hunt.log", "--opponent"),
+        (FIRMWARE / "prey", "--light"),
     ],
 )
 def test_info_refuses_what_says_nothing_about_a_file(

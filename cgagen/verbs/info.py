@@ -1,12 +1,12 @@
 """`cgagen info`: what a file of ours is, in words."""
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.info_sorts import Sort, sort_of
 from cgagen.verbs.rules import FREE, given_in, name_of
 from cgagen.verbs.world_options import load_hunter, world_options
 
@@ -26,54 +26,65 @@ SHORT = {
 """Movements in two letters, so that 8 x 8 of them fit on a terminal."""
 
 SAYING = {
-    "an image": ("--model",),
-    "a trace": ("--robot",),
-    "a genome": tuple(one for one in FREE["info"] if one != "--model"),
+    Sort.IMAGE: ("--model",),
+    Sort.TRACE: ("--robot",),
+    Sort.GENOME: tuple(one for one in FREE["info"] if one != "--model"),
 }
-"""Options that say something, by the kind of a file; of another kind none does."""
-
-TRACES = re.compile(r"\.(log(\.gz)?|csv|asc|blf|trc)$")
+"""Options that say something, by the sort of a file; of another sort none does."""
 
 
 @click.command("info")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", metavar="FILE|NAME", type=click.Path(path_type=Path))
 @click.option("--robot", help="For a genome: another robot than its own, name or file.")
 @click.option("--model", help="For an image: the chip that it is for, BS2 to BS2pe.")
 @world_options
 @with_console
 def info_verb(console: Console, /, file: Path, model: str | None, **given: Any) -> None:
-    """Describe FILE: a genome, a run or build folder, a robot or arena, an image or a trace.
+    """Describe any file or folder of ours, or a robot or an arena that ships, by its name.
 
     A genome is shown as its table of movements, with how often the 100 fixed starts of every
     run visit each state. States that are never visited are named: evolution could not see what
     their genes do. An image (*.bin) is listed as PBASIC that compiles to it again; its chip
     is known in a build folder, or where its source lies beside it, otherwise say --model.
+    Runs, builds, robots, arenas, benches, sources, traces, tables, reports and what lies beside
+    them are told in a few lines; what is none of ours, by what it seems to be.
     """
-    if (file / "build.json").is_file():
-        _refuse_other_options("a build")
-        _build(console, file)
-    elif file.is_dir():
-        _refuse_other_options("a run")
-        _run(console, file)
-    elif file.suffix == ".toml":
-        _refuse_other_options("a robot or arena")
-        _robot(console, file)
-    elif file.suffix == ".bin":
-        from cgagen.verbs.info_image import describe_image
+    sort = sort_of(file)
+    _refuse_other_options(sort)
+    match sort:
+        case Sort.BUILD:
+            _build(console, file)
+        case Sort.BUILD_RECORD if file.name == "build.json":
+            _build(console, file.parent)
+        case Sort.RUN:
+            _run(console, file)
+        case Sort.RECORD if file.name == "0-run.toml":
+            _run(console, file.parent)
+        case Sort.ROBOT:
+            _robot(console, file)
+        case Sort.ARENA:
+            _arena(console, file)
+        case Sort.IMAGE:
+            from cgagen.verbs.info_image import describe_image
 
-        _refuse_other_options("an image")
-        describe_image(console, file, model)
-    elif TRACES.search(file.name):
-        from cgagen.verbs.trace import describe_trace
+            describe_image(console, file, model)
+        case Sort.SOURCE:
+            _source(console, file)
+        case Sort.TRACE:
+            from cgagen.verbs.trace import describe_trace
 
-        _refuse_other_options("a trace")
-        describe_trace(console, file, given["robot"])
-    else:
-        _refuse_other_options("a genome")
-        _genome(console, file, given)
+            describe_trace(console, file, given["robot"])
+        case Sort.GENOME:
+            _genome(console, file, given)
+        case _:
+            from cgagen.verbs.info_tables import describe
+
+            told = describe(sort, file)
+            kind = sort.name.lower()
+            console.result({"kind": kind, "name": file.name, **told.data}, "\n".join(told.lines))
 
 
-def _refuse_other_options(kind: str) -> None:
+def _refuse_other_options(kind: Sort) -> None:
     """Refuse options that say nothing about a file of this kind.
 
     Raises:
@@ -202,32 +213,69 @@ def _run(console: Console, folder: Path) -> None:
     console.result(data, "\n".join(lines))
 
 
-def _robot(console: Console, file: Path) -> None:
-    from cgagen.inputs import ROBOT, start_of
-    from cgagen.robot import load_arena, load_robot
+def _named(file: Path) -> str:
+    """Return what a loader is to be told: a file that is there is meant before a name is."""
+    return str(file.absolute()) if file.exists() else str(file)
 
-    if b'format = "cgagen-arena-1"' in (start_of(file, ROBOT.most) or b""):
-        arena = load_arena(str(file))
-        data = {"kind": "arena", "name": arena.name, "digest": arena.digest}
-        text = (
-            f"{file.name}: the arena {arena.name}, {arena.side_units:g} x {arena.side_units:g} "
-            f"units of {1 / arena.units_per_in:g} in, digest {arena.digest[:8]}"
-        )
-    else:
-        robot = load_robot(str(file))
-        data = {
-            "kind": "robot",
-            "name": robot.name,
-            "role": robot.role,
-            "interface": robot.interface,
-            "digest": robot.digest,
-        }
-        text = (
-            f"{file.name}: the {robot.role} {robot.name}, {robot.main.model} and "
-            f"{robot.locomotion.model}, digest {robot.digest[:8]}\n"
-            + robot.interface.replace("; ", "\n")
-        )
+
+def _robot(console: Console, file: Path) -> None:
+    from cgagen.robot import load_robot
+
+    robot = load_robot(_named(file))
+    data = {
+        "kind": "robot",
+        "name": robot.name,
+        "role": robot.role,
+        "interface": robot.interface,
+        "digest": robot.digest,
+    }
+    text = (
+        f"{file.name}: the {robot.role} {robot.name}, {robot.main.model} and "
+        f"{robot.locomotion.model}, digest {robot.digest[:8]}\n"
+        + robot.interface.replace("; ", "\n")
+    )
     console.result(data, text)
+
+
+def _arena(console: Console, file: Path) -> None:
+    from cgagen.robot import load_arena
+
+    arena = load_arena(_named(file))
+    data = {"kind": "arena", "name": arena.name, "digest": arena.digest}
+    text = (
+        f"{file.name}: the arena {arena.name}, {arena.side_units:g} x {arena.side_units:g} "
+        f"units of {1 / arena.units_per_in:g} in, digest {arena.digest[:8]}"
+    )
+    console.result(data, text)
+
+
+def _source(console: Console, file: Path) -> None:
+    from cgagen.memory import report
+    from cgagen.shell import command
+    from cgagen.tokenizer import Tokenizer
+    from cgagen.tokenizer.files import read_source
+
+    with Tokenizer() as tokenizer:
+        compiled = tokenizer.compile(read_source(file), str(file))
+    model = compiled.image.model.name
+    data = {
+        "kind": "source",
+        "model": model,
+        "language": compiled.language,
+        "project_files": list(compiled.project_files),
+        "digest": compiled.image.digest,
+        "memory": report(compiled).to_json(),
+    }
+    more = [f"further slots: {', '.join(compiled.project_files)}"] if compiled.project_files else []
+    lines = [
+        f"{file.name}: a PBASIC source for a {model}, image {compiled.image.digest[:8]}",
+        *more,
+        "",
+        report(compiled).to_text().rstrip("\n"),
+        "",
+        f"run it: {command('emulate', file)}",
+    ]
+    console.result(data, "\n".join(lines))
 
 
 def _build(console: Console, folder: Path) -> None:

@@ -6,16 +6,14 @@ stdout, progress and notes on stderr. Whatever goes wrong is one sentence and an
 """
 
 import importlib
-import os
 import sys
-import traceback
 from typing import Any
 
 import click
 
 from cgagen import __version__
-from cgagen.errors import CgagenError, ToolchainError
 from cgagen.verbs.console import Console
+from cgagen.verbs.ending import end, flush
 from cgagen.verbs.words import Verbs, with_anywhere
 
 VERBS: dict[str, tuple[str, str]] = {
@@ -38,12 +36,6 @@ VERBS: dict[str, tuple[str, str]] = {
     "info": ("info", "Describe a genome, run, robot, build, image or trace."),
     "benchmark": ("benchmark", "Measure speed on this machine, as rates and ratios."),
 }
-
-
-POSIX_MODULES = frozenset({"fcntl", "grp", "pty", "termios", "tty"})
-"""Of Python's own, which Windows does not have."""
-
-POSIX = "Linux or macOS; on Windows, run cgagen in the Windows Subsystem for Linux"
 
 
 class LazyGroup(Verbs):
@@ -105,7 +97,6 @@ def main(arguments: list[str] | None = None) -> int:
     0
     """
     words = sys.argv[1:] if arguments is None else arguments
-    verbose = "-v" in words or "--verbose" in words
     try:
         result = cgagen.main(
             args=words,
@@ -113,30 +104,7 @@ def main(arguments: list[str] | None = None) -> int:
             standalone_mode=False,
             obj=Console.of_process(),
         )
+        flush()
         return result if isinstance(result, int) else 0
-    except click.exceptions.Exit as leave:
-        return leave.exit_code
-    except click.ClickException as error:
-        error.show()
-        return error.exit_code
-    except CgagenError as error:
-        print(f"cgagen: {error}", file=sys.stderr)
-        return error.exit_code
-    except (KeyboardInterrupt, click.Abort):
-        print("cgagen: stopped by Ctrl-C; nothing half-written was left behind", file=sys.stderr)
-        return 130
-    except (BrokenPipeError, SystemExit):  # the latter is what click makes of the former
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
-    except Exception as error:
-        if isinstance(error, ModuleNotFoundError) and error.name in POSIX_MODULES:
-            print(f"cgagen: this verb needs {POSIX}", file=sys.stderr)
-            return ToolchainError.exit_code
-        print(
-            f"cgagen: a bug of ours ({type(error).__name__}: {error}); "
-            "run it again with -v and report what it prints",
-            file=sys.stderr,
-        )
-        if verbose:
-            traceback.print_exc()
-        return 1
+    except BaseException as error:
+        return end(error, words)

@@ -11,6 +11,9 @@ import unicodedata
 LONGEST = 80
 """Characters of a quoted value. Choice: a line of a terminal."""
 
+LONGEST_WORD = 320
+"""Characters of a word of a message: no key, no number and hardly a path has more. Choice."""
+
 LONGEST_MESSAGE = 4_000
 """Characters of a whole sentence of ours; the longest honest ones have some 800. Choice."""
 
@@ -59,3 +62,16 @@ def short(text: str, most: int = LONGEST) -> str:
         kept = max(4, (most - 4) // 2)
         text = f"{text[:kept]}... {len(text):,} characters ...{text[-kept:]}"
     return printable(text)
+
+
+def sentence(text: str, most: int = LONGEST_MESSAGE) -> str:
+    """Return a whole message, printable, with words and all of it cut where they are too long.
+
+    >>> sentence("no verb " + "n" * 70_000)[:40], len(sentence("no verb " + "n" * 70_000))
+    ('no verb nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn', 189)
+    """
+    calm = _LONG_WORD.sub(lambda match: short(match[0], LONGEST_WORD // 2), text)
+    return short(calm, most)
+
+
+_LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")

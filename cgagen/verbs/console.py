@@ -10,6 +10,7 @@ from typing import Any, Concatenate, ParamSpec, Self, TypeVar
 
 import click
 
+from cgagen.shown import printable
 from cgagen.verbs.rules import check_options
 
 P = ParamSpec("P")
@@ -43,12 +44,21 @@ class Console:
 
     def result(self, data: Any, text: str) -> None:
         """Print a result on stdout: `data` with `--json`, otherwise `text`."""
-        click.echo(json.dumps(data) if self.as_json else text, color=self.color)
+        click.echo(json_line(data) if self.as_json else printable(text), color=self.color)
 
     def note(self, text: str) -> None:
         """Print a note on stderr, unless the user wants results only."""
         if not self.quiet:
-            click.echo(text, err=True, color=self.color)
+            click.echo(printable(text), err=True, color=self.color)
+
+
+def json_line(data: Any) -> str:
+    r"""Return a result as JSON of printable ASCII; no character of a string reaches a terminal.
+
+    >>> json_line({"name": "\x1b[31m\x7f"})
+    '{"name": "\\u001b[31m\\u007f"}'
+    """
+    return json.dumps(data).replace("\x7f", r"\u007f")
 
 
 def with_console(

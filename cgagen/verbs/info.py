@@ -92,7 +92,8 @@ def _refuse_other_options(kind: Sort) -> None:
     """
     context = click.get_current_context()
     allowed = {"FILE", "--json", *SAYING.get(kind, ())}
-    for one in context.command.params:
+    own = [one for one in context.command.params if not (one.name or "").startswith("anywhere_")]
+    for one in own:
         for name in map(name_of, [one, one], (False, True)):
             if name in given_in(context) - allowed:
                 raise click.UsageError(f"{name} says nothing about {kind}; leave it out", context)

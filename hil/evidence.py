@@ -35,12 +35,16 @@ class Evidence:
 
     Args:
         subject: the firmware.
+
+    Attributes:
+        whole: of all cells, where a proof was made; for whoever asks again.
     """
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
         self.coverage: dict[str, SourceCoverage] = {}
         self.timing: Timing | None = None
+        self.whole: Proof | None = None
         self._proof: dict[str, Any] | None = None
         self._smallest: dict[str, Any] | None = None
         self._limits = boundaries(subject.robot)

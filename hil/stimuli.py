@@ -34,7 +34,9 @@ class Level(StrEnum):
     BOUNDARY = "boundary"
     """Besides, ties in every order, the ends of the ranges, and every pair of these."""
     EXHAUSTIVE = "exhaustive"
-    """Besides, one reading of each cell of the whole sensor space: a proof (`hil.proof`)."""
+    """Besides, one reading of each cell of the whole sensor space: a proof (`hil.proof`), of the
+    image on the emulator. What has pins, or is on a wire, is given the boundaries as well. The
+    default: it costs a second or two more."""
 
     @property
     def wide(self) -> bool:

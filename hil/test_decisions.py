@@ -15,7 +15,7 @@ from hil.equivalence import Trial
 from hil.evidence import Evidence
 from hil.registers import RegisterTarget
 from hil.simulated import commands_by_state
-from hil.stimuli import Level, every_state
+from hil.stimuli import Level, every_state, stimuli_of
 from hil.subject import Subject
 from hil.target import Stimulus, Target
 from hil.timing import try_timing
@@ -55,10 +55,11 @@ def test_all_commands_and_situations_are_met(hil_subject: Subject) -> None:
 
 @pytest.mark.hil_req("DECISIONS", "BOUNDARIES")
 def test_decisions_from_registers(
-    hil_registers: RegisterTarget, hil_stimuli: list[Stimulus], hil_check: Check
+    hil_registers: RegisterTarget, hil_subject: Subject, hil_config: Any, hil_check: Check
 ) -> None:
-    trial = hil_check(hil_registers, hil_stimuli)
-    assert trial.decisions == len(hil_stimuli)
+    readings = stimuli_of(hil_subject.robot, Level(hil_config.level), hil_config.seed)
+    trial = hil_check(hil_registers, readings)
+    assert trial.decisions == len(readings)
 
 
 @pytest.mark.hil_req("DECISIONS", "BOUNDARIES")

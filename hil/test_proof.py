@@ -1,6 +1,6 @@
 """The whole sensor space of the main controller on trial, cell by cell.
 
-A sample of the cells always, all of them with `--hil-level exhaustive`.
+All of them, which is a proof; a sample with `--hil-level smoke` or `boundary`.
 """
 
 from collections.abc import Callable
@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
+from cgagen.tokenizer import compile_source
 from hil.equivalence import Trial
 from hil.evidence import Evidence
-from hil.proof import prove
 from hil.stimuli import Level
 from hil.subject import Subject
-from hil.verify import SAMPLED_CELLS
+from hil.verify import SAMPLED_CELLS, proof_of
 
 Judge = Callable[[Trial], Trial]
 
@@ -30,11 +30,12 @@ def test_the_image_decides_as_the_simulator(
     hil_judge: Judge,
     hil_evidence: Evidence,
 ) -> None:
-    """By a sample of the cells, or by all of them."""
+    """By all of the cells, or by a sample of them."""
     whole = hil_config.level == Level.EXHAUSTIVE
     if whole:
         request.node.user_properties += [(SPACE.name, str(one)) for one in SPACE.args]
-    proof = prove(hil_subject, None if whole else SAMPLED_CELLS, hil_config.seed)
+    count = None if whole else SAMPLED_CELLS
+    proof = proof_of(hil_subject, compile_source, count, hil_config.seed)
     hil_evidence.proof(proof)
     hil_judge(proof.trial())
     assert proof.tried == (proof.cells if whole else min(SAMPLED_CELLS, proof.cells))

@@ -15,7 +15,7 @@ from hil.equivalence import Finding, Heard, Trial, Verdict, blocked, compare
 from hil.explain import table_line
 from hil.explainers import explainer
 from hil.outcome import Report
-from hil.proof import prove
+from hil.proof import Proof, prove
 from hil.registers import Compile, RegisterTarget
 from hil.simulated import commands_by_state
 from hil.stimuli import SEED, Level, every_state, neutral, sample, stimuli_of, thresholds
@@ -37,7 +37,7 @@ SAMPLED_CELLS = 6_000
 def verify(
     subject: Subject,
     compile_source: Compile,
-    level: Level = Level.SMOKE,
+    level: Level = Level.EXHAUSTIVE,
     seed: int = SEED,
     others: Sequence[Callable[[], Target]] = (),
     readings: Sequence[Stimulus] | None = None,
@@ -93,16 +93,30 @@ def verify(
 
 
 def with_cells(report: Report, subject: Subject, compile_source: Compile) -> None:
-    """Try the cells of the sensor space: a sample of them, or all, which is a proof."""
+    """Try the cells of the sensor space: all of them, which is a proof, or a sample."""
+    count = None if report.level is Level.EXHAUSTIVE else SAMPLED_CELLS
+    proof = proof_of(subject, compile_source, count, report.seed)
+    report.evidence.proof(proof)
+    report.add("cells", proof.trial())
+
+
+def proof_of(
+    subject: Subject, compile_source: Compile, count: int | None = None, seed: int = SEED
+) -> Proof:
+    """Put cells of the sensor space to the image; a reason names its line where there is one.
+
+    Args:
+        subject: what is on trial.
+        compile_source: the tokenizer.
+        count: how many cells, drawn by chance; None for all.
+        seed: of the drawing.
+    """
     try:
         compiled = compile_source(subject.sources["main"], subject.files["main"])
         same = compiled.image.eeprom == subject.images["main"].eeprom
     except SourceError:
         same = False
-    count = None if report.level is Level.EXHAUSTIVE else SAMPLED_CELLS
-    proof = prove(subject, count, report.seed, compiled.source_map if same else None)
-    report.evidence.proof(proof)
-    report.add("cells", proof.trial())
+    return prove(subject, count, seed, compiled.source_map if same else None)
 
 
 def _with_trace(report: Report, subject: Subject, make: Callable[[], Target], trace: Trace) -> None:

@@ -47,7 +47,7 @@ def predator() -> Subject:
 def robots(predator: Subject, tokenizer: Tokenizer) -> list[Robot]:
     """All that a run finds out, for both robots."""
     prey = read_subject(FIRMWARE / "prey")
-    return [verify(one, tokenizer.compile).evidence.data() for one in (predator, prey)]
+    return [verify(one, tokenizer.compile, Level.SMOKE).evidence.data() for one in (predator, prey)]
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +135,7 @@ def test_the_kill_matrix_is_of_these_images_or_left_out(page: str, robots: list[
 def test_equal_trials_give_equal_bytes_without_folders(
     robots: list[Robot], predator: Subject, tokenizer: Tokenizer, tmp_path: Path
 ) -> None:
-    again = [verify(predator, tokenizer.compile).evidence.data(), robots[1]]
+    again = [verify(predator, tokenizer.compile, Level.SMOKE).evidence.data(), robots[1]]
     texts = []
     for number, data in enumerate((robots, again[::-1])):
         folder = tmp_path / str(number)
@@ -162,7 +162,9 @@ def test_a_wrong_gene_stands_in_the_page(
         predator,
         images={**predator.images, "main": Image(image.model, bytes(eeprom), slot=image.slot)},
     )
-    report = report_of([verify(wrong, tokenizer.compile).evidence.data()], "smoke", 1, AGAIN)
+    report = report_of(
+        [verify(wrong, tokenizer.compile, Level.SMOKE).evidence.data()], "smoke", 1, AGAIN
+    )
     assert report["verdict"] == "FAIL"
     robot = report["robots"][0]
     assert robot["smallest"]["reading"] == "0,0,0/--/0,0"

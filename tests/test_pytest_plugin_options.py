@@ -1,11 +1,14 @@
 """Options of the plugin that could say two things, or nothing."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from cgagen.pytest_plugin.options import FIRMWARE as ON_TRIAL
 from cgagen.pytest_plugin.options import OPTIONS, RULES
+from hil.simulated import commands_by_state
+from hil.subject import read_subject
 from tests.plugin_runs import FIRMWARE, inside
 
 DECIDES = """
@@ -30,7 +33,7 @@ def beside(tmp_path: Path) -> dict[str, str]:
     [
         ("genome", "g7.genome", "and the genome that was named beside it is"),
         ("robot", "servobot-prey", "is a build for servobot-predator ("),
-        ("genome", "none.genome", "none.genome: cannot be read as a genome"),
+        ("genome", "none.genome", "none.genome: cannot be read"),
         ("robot", "none.toml", "none.toml"),
     ],
 )
@@ -84,3 +87,21 @@ FREE |= {"reruns", "require"}
 def test_every_option_is_free_or_in_a_rule_or_held_together() -> None:
     ruled = {rule.option.removeprefix("--hil-") for rule in RULES}
     assert {one.name for one in OPTIONS} == FREE | ruled | set(ON_TRIAL)
+
+
+def test_a_users_own_test_is_a_proof_unless_less_is_asked_for(tmp_path: Path) -> None:
+    """Of the image on the emulator, whatever else the target is; a wrong byte is met by it."""
+    (tmp_path / "test_mine.py").write_text(DECIDES)
+    build = tmp_path / "build"
+    shutil.copytree(FIRMWARE / "prey", build)
+    for target in ("emulator", "simulator"):
+        ended = inside(tmp_path, "--hil-build=build", f"--hil-target={target}")
+        assert ended.returncode == 0, ended.stdout
+        assert "PASS: proven for every reading, by all 340,880 cells" in ended.stdout
+    ended = inside(tmp_path, "--hil-build=build", "--hil-level=smoke")
+    assert ("proven" in ended.stdout, "1 passed" in ended.stdout) == (False, True), ended.stdout
+    image = bytearray((build / "main.bin").read_bytes())
+    image[image.index(bytes(commands_by_state(read_subject(build))))] ^= 1
+    (build / "main.bin").write_bytes(image)
+    ended = inside(tmp_path, "--hil-build=build", "--hil-target=simulator")
+    assert (ended.returncode, "FAIL: " in ended.stdout) == (1, True), ended.stdout

@@ -87,7 +87,7 @@ def test_what_cannot_be_written_is_a_sentence(tmp_path: Path) -> None:
     ended = inside(tmp_path, *words)
     assert (ended.returncode, "there is no folder no" in ended.stderr) == (4, True)
     ended = inside(tmp_path, words[0], "--hil-kills=no.json")
-    assert (ended.returncode, "no.json: is no kill matrix" in ended.stderr) == (4, True)
+    assert (ended.returncode, "no.json: cannot be read" in ended.stderr) == (4, True)
     (tmp_path / "taken").write_text("")
     ended = inside(tmp_path, words[0], "--hil-coverage=taken/lines.info")
     assert (ended.returncode, "not written: taken: " in ended.stdout) == (4, True), ended.stdout
@@ -162,7 +162,7 @@ def test_workers_of_xdist_share_one_report(tmp_path: Path) -> None:
     alone, shared = (report["robots"] for report in reports)
     assert alone == shared
     assert len(alone[0]["trials"]) == 4
-    assert sum(row["readings"][0] for row in alone[0]["states"]) > 500
+    assert sum(row["readings"][0] for row in alone[0]["states"]) > 200
 
 
 def test_what_was_skipped_stands_everywhere_and_is_no_pass(tmp_path: Path) -> None:

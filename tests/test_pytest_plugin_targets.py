@@ -29,7 +29,7 @@ def test_a_wrong_decision_on_any_target_comes_with_its_line(tmp_path: Path) -> N
     (case,) = ElementTree.parse(tmp_path / "j.xml").iter("testcase")
     told = {one.get("name"): one.get("value") for one in case.iter("property")}
     assert told == {
-        "hil_level": "smoke",
+        "hil_level": "exhaustive",
         "hil_target": "emulator",
         "hil_verdict": "FAIL",
         "hil_decisions": "1",

@@ -47,6 +47,7 @@ from cgagen.pytest_plugin.fixtures import (
 )
 from cgagen.pytest_plugin.options import (
     FIRMWARE,
+    MARKERS,
     HilConfig,
     add_options,
     given,
@@ -88,16 +89,6 @@ __all__ = [
 
 FIXTURES = frozenset({*__all__, "hil_subject", "hil_target"} - {"HilConfig"})
 """Tests that ask for one of these are tests of firmware."""
-
-MARKERS = (
-    "hil_needs(cap, ...): a target must be able to do this",
-    "hil_hardware: only for a target that is named",
-    "hil_req(id, ...): requirements that this test stands for",
-    "hil_trace(file, ...): traces for the fixture hil_trace, beside the test's own file",
-    "hil_vectors(file, ...): tables for the fixture hil_vectors, likewise",
-    "hil_slow: minutes rather than seconds; runs when it is named, or by -m hil_slow",
-)
-
 
 ALONE = ("no", "loadgroup")
 """Ways of pytest-xdist to give tests to workers that leave those of a wire in one."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import pytest
 
 from cgagen.pytest_plugin.artifacts import FILES, Draw
-from cgagen.pytest_plugin.options import HilConfig
+from cgagen.pytest_plugin.options import EXHAUSTIVE, HilConfig
 from cgagen.pytest_plugin.ours import errors, load, subject_for
 from cgagen.pytest_plugin.session import SESSION, UNPROVEN, VERDICT
 
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from hil.subject import Subject
     from hil.target import Stimulus, Target
     from hil.traces import Trace
+
+PROOF = "proof"
+"""Target of the trial that is a proof."""
 
 Judge = Callable[["Trial"], "Trial"]
 Check = Callable[["Target", "Sequence[Stimulus] | Trace"], "Trial"]
@@ -59,9 +62,18 @@ def hil_registers(hil_subject: "Subject") -> Iterator["RegisterTarget"]:
 
 @pytest.fixture(scope="session")
 def hil_stimuli(hil_subject: "Subject", hil_config: HilConfig) -> "list[Stimulus]":
-    """Return the readings of the level asked for."""
+    """Return the readings of the level asked for.
+
+    At the exhaustive level `hil_check` proves the image for every reading besides, so a target is
+    given only those by which its pins, or a wire, could go wrong: on real hardware a minute.
+    """
     stimuli = load("hil.stimuli")
     level: Level = stimuli.Level(hil_config.level)
+    if level is stimuli.Level.EXHAUSTIVE:
+        proving: list[Stimulus] = load("hil.verify").pin_readings(
+            hil_subject, level, hil_config.seed
+        )
+        return proving
     found: list[Stimulus] = stimuli.stimuli_of(hil_subject.robot, level, hil_config.seed)
     return found
 
@@ -81,7 +93,7 @@ def hil_judge(
 
     def judge(trial: "Trial") -> "Trial":
         named = replace(trial, target=shown(trial.target, hil_config.targets))
-        name = " ".join([request.node.nodeid, *(Path(one).name for one in _traces(trial))])
+        name = " ".join([request.node.nodeid, *_which(trial)])
         session.note(name, hil_subject, named)
         request.node.user_properties += [
             ("hil_target", named.target),
@@ -106,10 +118,13 @@ def hil_check(
     hil_config: HilConfig,
     hil_evidence: "Evidence",
     hil_judge: Judge,
+    hil_stimuli: "list[Stimulus]",
 ) -> Check:
     """Return what applies readings or a trace to a target and fails with a report where it must.
 
-    What a sick bench has blocked is repeated as often as `--hil-reruns` says, after a reset.
+    Of `hil_stimuli` at the exhaustive level, the image is proven on the emulator, too, once for
+    all tests. What a sick bench has blocked is repeated as often as `--hil-reruns` says, after a
+    reset.
     """
 
     def once(target: "Target", stimuli: "Sequence[Stimulus] | Trace") -> "Trial":
@@ -139,7 +154,14 @@ def hil_check(
                 break
             reset(target)
             trial = once(target, stimuli)
-        return hil_judge(trial)
+        trial = hil_judge(trial)
+        if stimuli is hil_stimuli and hil_config.level == EXHAUSTIVE:
+            if hil_evidence.whole is None:
+                compile_source = load("cgagen.tokenizer").compile_source
+                hil_evidence.whole = load("hil.verify").proof_of(hil_subject, compile_source)
+            hil_evidence.proof(hil_evidence.whole)
+            hil_judge(hil_evidence.whole.trial())
+        return trial
 
     return check
 
@@ -228,10 +250,10 @@ def shown(url: str, named: tuple[str, ...]) -> str:
     return f"can:{rest.partition(':')[0]}" if kind == "can" else kind
 
 
-def _traces(trial: "Trial") -> list[str]:
-    """Return the file of a replay: one test may have several."""
+def _which(trial: "Trial") -> list[str]:
+    """Return which of a test's trials it is: the file of a replay, or the proof."""
     name: str = getattr(trial, "trace", "")
-    return [name] if name else []
+    return [Path(name).name] if name else [PROOF] if trial.target == PROOF else []
 
 
 def reset(target: "Target") -> None:

@@ -10,7 +10,7 @@ import pytest
 from cgagen.together import Needs, trouble
 
 EMULATOR, SIMULATOR = "emulator", "simulator"
-LEVELS = ("smoke", "boundary", "exhaustive")
+LEVELS = SMOKE, _, EXHAUSTIVE = ("smoke", "boundary", "exhaustive")
 VCD = OFF, FAIL, ALWAYS = ("off", "fail", "always")
 FLASH = AUTO, _, NEVER = ("auto", "always", "never")
 ARTIFACTS = "hil-artifacts"
@@ -37,6 +37,11 @@ class Option(NamedTuple):
     path: bool = False
 
 
+LEVEL_TOLD = (
+    "How much is tried (exhaustive: the image is proven on the emulator, for every reading, and "
+    "each target is given every state, every threshold and 200 readings by chance)."
+)
+
 OPTIONS = (
     Option(
         "target", "URL", "emulator (default), simulator, serial[-reset]:PORT, can:...", many=True
@@ -44,7 +49,7 @@ OPTIONS = (
     Option("genome", "FILE", "Genome to build and try.", path=True),
     Option("robot", "NAME|FILE", "Robot to build and try."),
     Option("build", "DIR", "Build folder to try; of the genome, robot named.", path=True),
-    Option("level", "LEVEL", "How much is tried (smoke).", choices=LEVELS),
+    Option("level", "LEVEL", LEVEL_TOLD, choices=LEVELS),
     Option("seed", "N", "For what is chosen by chance (1)."),
     Option("trace", "FILE", "Trace for tests that ask for hil_trace.", many=True, path=True),
     Option("record", "DIR", "Write down every decision, as jsonl and as traces.", path=True),
@@ -59,6 +64,16 @@ OPTIONS = (
     Option("force", "", "Write over files that are not of ours."),
     Option("require", "", "What cannot be tried is an error, no skip."),
 )
+
+MARKERS = (
+    "hil_needs(cap, ...): a target must be able to do this",
+    "hil_hardware: only for a target that is named",
+    "hil_req(id, ...): requirements that this test stands for",
+    "hil_trace(file, ...): traces for the fixture hil_trace, beside the test's own file",
+    "hil_vectors(file, ...): tables for the fixture hil_vectors, likewise",
+    "hil_slow: minutes rather than seconds; runs when it is named, or by -m hil_slow",
+)
+"""What is said of a test; `pytest --markers` lists them."""
 
 FIRMWARE = GENOME, ROBOT, BUILD = ("genome", "robot", "build")
 """Options that say what is on trial."""
@@ -219,7 +234,7 @@ def asked(config: pytest.Config) -> HilConfig:
         genome=one["genome"],
         robot=one["robot"],
         build=one["build"],
-        level=one["level"] or LEVELS[0],
+        level=one["level"] or EXHAUSTIVE,
         seed=_number("seed", one["seed"], 1),
         require=_switch(one["require"]),
         traces=tuple(map(Path, words["trace"])),

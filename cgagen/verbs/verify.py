@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hil.subject import Subject
     from hil.target import Stimulus, Target
 
-LEVELS = ("smoke", "boundary", "exhaustive")
+LEVELS = ("exhaustive", "boundary", "smoke")
 
 
 @click.command("verify")
@@ -44,7 +44,9 @@ LEVELS = ("smoke", "boundary", "exhaustive")
     help="The locomotion controller, serial:PORT or serial-reset:PORT: the robot walks each "
     "movement once.",
 )
-@click.option("--level", type=Words(LEVELS), default=LEVELS[0], show_default=True)
+@click.option(
+    "--level", type=Words(LEVELS), default=LEVELS[0], show_default=True, help="How much is tried."
+)
 @click.option("--seed", type=int, default=1, show_default=True, help="For what chance chooses.")
 @click.option(
     "--reading",
@@ -98,10 +100,12 @@ def verify_verb(
     """Compare the firmware of a robot with the simulator.
 
     The images are run on the emulator: their table, every state that a reading leads to, every
-    threshold with one count less and more, a sample of the whole sensor space, all movements,
-    the longest time, and what both controllers do on their lines and ports; and their sources
-    must compile to the same bytes. Level `boundary` adds ties and pairs of thresholds,
-    `exhaustive` the whole sensor space: a proof for this image. A prey needs no GENOME:
+    threshold with one count less and more, ties and pairs of thresholds, the whole sensor space
+    cell by cell, all movements, the longest time, and what both controllers do on their lines and
+    ports; and their sources must compile to the same bytes. So the image is proven for every
+    reading. A --target on a wire is given every state, every threshold and some readings by
+    chance, and what it holds is compared with the image that was proven. Level `boundary` tries
+    a sample of the sensor space, `smoke` also leaves out ties and pairs. A prey needs no GENOME:
     `cgagen verify --robot servobot-prey`.
 
     \b

@@ -4,9 +4,12 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from cgagen.stamp.scan import lines_of
 from cgagen.words import Role
 
 MOST_LINES = 3
+
+_CONSTANT = re.compile(r"^(\w+)\s+CON\s+(\d+)\b")
 """That a report names. Choice."""
 
 TABLES = {Role.PREDATOR: "Genes", Role.PREY: "Answers"}
@@ -26,7 +29,7 @@ class Line(NamedTuple):
 
 def table_line(source: str, file: str, role: Role, state: int) -> Line | None:
     """Return the line of DATA that holds the command of a state; None where it is not found."""
-    lines = source.splitlines()
+    lines = lines_of(source)
     first = next(
         (n for n, line in enumerate(lines) if re.match(rf"{TABLES[role]}\s+DATA\s", line)), None
     )
@@ -45,7 +48,7 @@ def table_line(source: str, file: str, role: Role, state: int) -> Line | None:
 
 def last_lines(source: str, file: str, passed: Sequence[int]) -> tuple[Line, ...]:
     """Return the last lines that a program went through which did not come back from there."""
-    lines = source.splitlines()
+    lines = lines_of(source)
     numbers = list(dict.fromkeys(reversed(passed)))[:MOST_LINES]
     return tuple(Line(file, number, lines[number - 1]) for number in numbers)
 
@@ -63,8 +66,8 @@ def deciding_lines(
         counts: of the stimulus; a line that compares with a constant beside one of them comes
             first, the later lines before the earlier ones.
     """
-    lines = source.splitlines()
-    constants = dict(re.findall(r"^(\w+)\s+CON\s+(\d+)\b", source, re.M))
+    lines = lines_of(source)
+    constants = dict(found for line in lines for found in _CONSTANT.findall(line))
     near = {str(count + step) for count in counts if count for step in (-1, 0, 1)}
     found = []
     for number in dict.fromkeys(reversed(passed)):

@@ -15,6 +15,7 @@ from cgagen.errors import CgagenError, ExecutionError, RigError, TargetTimeout
 from cgagen.robot import Robot
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image, Use
+from cgagen.stamp.scan import lines_of
 from hil.emulated import DECISION_LIMIT_NS, PinsTarget
 from hil.layout import Place, layout_of, line_of_label
 from hil.roster import check_reading
@@ -149,7 +150,7 @@ class RegisterTarget(Closing):
     def _table_address(self) -> int:
         """Return where the READ in `Decide` begins."""
         statements = self.compiled.source_map.statements
-        lines = self.compiled.source.splitlines()
+        lines = lines_of(self.compiled.source)
         for one in statements:
             if one.bit >= self.entry and lines[one.line - 1].lstrip().upper().startswith("READ "):
                 return one.bit

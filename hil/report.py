@@ -17,6 +17,7 @@ from cgagen.inputs import KILLS, read_bytes
 from cgagen.notations import parse_json
 from cgagen.outputs import Kind, begins
 from cgagen.places import place_of
+from cgagen.stamp.scan import lines_of
 from hil.equivalence import Verdict, worst
 from hil.evidence import source_coverage
 from hil.kills import FORMAT as KILLS_FORMAT
@@ -183,7 +184,7 @@ def _right(pair: Sequence[int]) -> bool:
 
 def _coverage(source: SourceCoverage) -> dict[str, Any]:
     gone, ways = source.ways
-    texts = source.source.splitlines()
+    texts = lines_of(source.source)
     return {
         "name": source.name,
         "lines": len(source.lines),

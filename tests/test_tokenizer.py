@@ -1,6 +1,7 @@
 """The tokenizer: every vector byte for byte, and every refusal in its place."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -133,7 +134,10 @@ def test_a_full_eeprom_and_too_many_elements_are_located(tokenizer: Tokenizer) -
         ('DEBUG "\u03c0"\n', 3, 8, "U+03C0"),
         ("HIGH 1\x00\nHIGH 2\n", 3, 7, "control character 0"),
         ("HIGH 1\n\tHIGH\x032\n", 4, 6, "control character 3"),
-        ("HIGH 1 ' bell \x07\n", 3, 15, "control character 7"),
+        ("HIGH\f1\n", 3, 5, "control character 12"),
+        ("HIGH 1\n\x1aHIGH 2\n", 4, 1, "control character 26"),
+        ('DEBUG "a\x1a"\n', 3, 9, "control character 26"),
+        ("HIGH 1 ' {$PORT \x07}\n", 3, 17, "control character 7"),
         ("HIGH 1 ' {$PORT COM\u00e9}\n", 3, 20, "U+00E9"),
         ("H\u0130GH 1\n", 3, 2, "U+0130"),
         ("HIGH 1\x7f\n", 3, 7, "control character 127"),
@@ -152,14 +156,39 @@ def test_what_would_change_silently_is_refused(
 
 def test_foreign_letters_in_comments_change_nothing(tokenizer: Tokenizer) -> None:
     plain = tokenizer.compile(HEAD + "HIGH 3 ' 5 us\n")
-    foreign = tokenizer.compile(HEAD + "HIGH 3 ' 5 \u00b5s \U0001f916\n")
+    foreign = tokenizer.compile(HEAD + "HIGH 3 ' 5 \u00b5s \x07\x00 \U0001f916\n")
     assert foreign.image.eeprom == plain.image.eeprom
     assert foreign.source.endswith("\U0001f916\n")
+    assert foreign.warnings == ()
+
+
+@pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
+@pytest.mark.parametrize(
+    ("rest", "place", "what"),
+    [
+        ("HIGH 1{}\x1a", (4, 1), "Ctrl-Z"),
+        ("HIGH 1{}\x1a{}\x1a\x1a \t{}", (4, 1), "Ctrl-Z"),
+        ("HIGH 1\x1a{}", (3, 7), "Ctrl-Z"),
+        ("HIGH 1{}\f{}", (4, 1), "a form feed"),
+        ("\f{}HIGH 1{} \f\t{}", (3, 1), "a form feed"),
+    ],
+)
+def test_a_control_character_between_statements_is_a_blank(
+    tokenizer: Tokenizer, rest: str, place: tuple[int, int], what: str, end: str
+) -> None:
+    said: list[str] = []
+    with Tokenizer(warn=said.append) as telling:
+        compiled = telling.compile(HEAD + rest.format(*[end] * 9), "p")
+    assert compiled.image.eeprom == tokenizer.compile(HEAD + "HIGH 1\n").image.eeprom
+    assert [one[:2] for one in compiled.warnings] == [place]
+    line, column = place
+    assert said == [f"p:{line}:{column}: warning: {what} is taken for a blank; leave it out"]
 
 
 @pytest.mark.parametrize("size", [65_535, 65_536, 4_000_000])
 def test_a_source_that_cannot_be_numbered_is_refused(tokenizer: Tokenizer, size: int) -> None:
-    source = LED + "'" * (size - len(LED) - 1) + "\n"
+    head = LED.replace("\n", "\r\n")
+    source = LED + "'" * (size - len(head) - 2) + "\n"
     if size == 65_535:
         assert tokenizer.compile(source).image.eeprom.endswith(LED_TAIL)
     else:
@@ -247,13 +276,23 @@ def test_legal_pins_raise_no_alarm(tokenizer: Tokenizer, rest: str) -> None:
         ("w VAR Word\nDEBUG DEC 3,\n  STR w", "5:7", "STR w"),
     ],
 )
-def test_a_string_of_words_is_refused(
+def test_a_string_of_words_is_a_warning(
     tokenizer: Tokenizer, code: str, place: str, words: str
 ) -> None:
     """The tokenizer says so of nibbles and bits alone (136-Expected a byte variable)."""
-    with pytest.raises(SourceError, match=rf"^p:{place}: {words}") as caught:
-        tokenizer.compile(HEAD + code + "\n", "p")
-    assert (caught.value.line, caught.value.column) == tuple(map(int, place.split(":")))
+    said: list[str] = []
+    with Tokenizer(warn=said.append) as telling:
+        compiled = telling.compile(HEAD + code + "\n", "p")
+    assert len(said) == len(compiled.warnings) == 1
+    assert re.match(rf"p:{place}: warning: {words}", said[0])
+    assert compiled.warnings[0][:2] == tuple(map(int, place.split(":")))
+
+
+def test_the_image_of_a_string_of_words_is_the_tokenizers(tokenizer: Tokenizer) -> None:
+    """It reads the byte whose number the word has: W0, word 3 of RAM, the byte 3 of RAM."""
+    word = tokenizer.compile(HEAD + "w VAR Word\nDEBUG STR w\\2\n")
+    byte = tokenizer.compile(HEAD + "w VAR Word\nDEBUG STR OUTH\\2\n")
+    assert word.image.eeprom == byte.image.eeprom
 
 
 @pytest.mark.parametrize(
@@ -267,7 +306,9 @@ def test_a_string_of_words_is_refused(
     ],
 )
 def test_a_string_of_bytes_raises_no_alarm(tokenizer: Tokenizer, code: str) -> None:
-    assert tokenizer.compile(HEAD + code + "\n").program_bytes > 0
+    compiled = tokenizer.compile(HEAD + code + "\n")
+    assert compiled.program_bytes > 0
+    assert compiled.warnings == ()
 
 
 # --- what else a source says -----------------------------------------------------------------

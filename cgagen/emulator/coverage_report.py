@@ -13,6 +13,7 @@ from cgagen.outputs import begins
 from cgagen.stamp.compiled import Compiled, Statement
 from cgagen.stamp.decode import decode
 from cgagen.stamp.program import Instruction, Program
+from cgagen.stamp.scan import lines_of
 
 _WORDS: dict[str, tuple[str, str]] = {
     "IF": ("false", "true"),
@@ -164,7 +165,7 @@ def coverage_listing(sources: Sequence[SourceCoverage]) -> str:
     for one in sources:
         rows += [LISTING_TITLE + one.summary, ""]
         known = {line.line: line for line in one.lines}
-        for number, text in enumerate(one.source.splitlines(), 1):
+        for number, text in enumerate(lines_of(one.source), 1):
             line = known.get(number)
             count = "" if line is None else str(line.count or "-----")
             rows.append(f"{count:>9} {number:>5}  {text}".rstrip())

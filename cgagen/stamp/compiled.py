@@ -28,6 +28,20 @@ class Statement(NamedTuple):
     bit: int
 
 
+class SourceWarning(NamedTuple):
+    """What a source says that is compiled, and hardly meant.
+
+    Attributes:
+        line: from 1.
+        column: from 1.
+        text: what it is and what to do, without the place.
+    """
+
+    line: int
+    column: int
+    text: str
+
+
 class VariableCounts(NamedTuple):
     """Variables by size, elements of arrays counted singly. Fixed names (W1, B3) are not in it."""
 
@@ -79,6 +93,7 @@ class Compiled:
         port: the `$PORT` directive, or "".
         language: 200 for PBASIC 2.0, 250 for 2.5.
         debugs: the program has DEBUG or DEBUGIN in it.
+        warnings: in the order of the source.
     """
 
     name: str
@@ -90,6 +105,7 @@ class Compiled:
     port: str = ""
     language: int = 200
     debugs: bool = False
+    warnings: tuple[SourceWarning, ...] = ()
 
     @property
     def start_bit(self) -> int:

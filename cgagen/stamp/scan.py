@@ -19,6 +19,7 @@ _NOT_LABELS = frozenset(
 """Statements of one word: a colon behind them only ends them. Ref: S2 chapter 5."""
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
+_LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,18 @@ class Piece:
     words: tuple[str, ...]
     text: str
     starts_line: bool
+
+
+def lines_of(source: str) -> list[str]:
+    r"""Return the lines of a source, as the lines of a source map are counted.
+
+    CR, LF and CR LF end a line, and nothing else does: a form feed is one of its characters.
+
+    >>> lines_of("a\r\nb\rc\fd\n")
+    ['a', 'b', 'c\x0cd']
+    """
+    *lines, last = _LINE_END.split(source)
+    return [*lines, last] if last else lines
 
 
 def blanked(source: str) -> str:

@@ -9,6 +9,8 @@ errors. Ref: S3, every one of them measured.
 
 import os
 import threading
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from cgagen.closing import Closing
@@ -16,8 +18,9 @@ from cgagen.errors import ToolchainError
 from cgagen.stamp.chips import chip_of_target
 from cgagen.stamp.compiled import Compiled, SourceMap, Statement, VariableCounts
 from cgagen.stamp.image import Image
-from cgagen.tokenizer.refusal import refusal, refuse_word_strings, refuse_wrong_pins
-from cgagen.tokenizer.text import Lines, sendable
+from cgagen.tokenizer.refusal import refusal, refuse_wrong_pins
+from cgagen.tokenizer.text import Lines, Sent, sendable
+from cgagen.tokenizer.warn import warnings_of
 from cgagen.tokenizer.worker import Worker, WorkerDiedError, WorkerStuckError
 
 __all__ = ["Tokenizer", "compile_source"]
@@ -35,6 +38,8 @@ class Tokenizer(Closing):
     Args:
         limit_s: how long one source may take before the process is killed.
         command: another program in the worker's place.
+        warn: told every warning as a sentence with file, line and column; they are in
+            `Compiled.warnings` all the same.
 
     >>> with Tokenizer() as tokenizer:
     ...     compiled = tokenizer.compile("' {$STAMP BS2}\nHIGH 3\n", "led.bs2")
@@ -43,10 +48,15 @@ class Tokenizer(Closing):
     """
 
     def __init__(
-        self, limit_s: float = ANSWER_LIMIT_S, *, command: list[str] | None = None
+        self,
+        limit_s: float = ANSWER_LIMIT_S,
+        *,
+        command: list[str] | None = None,
+        warn: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._limit_s = limit_s
         self._command = command
+        self._warn = warn
         self._worker: Worker | None = None
         self._owner = os.getpid()
         self._lock = threading.Lock()
@@ -64,15 +74,17 @@ class Tokenizer(Closing):
             ToolchainError: no Node, no tokenizer, or one that dies or hangs.
             ValueError: this tokenizer is closed.
         """
-        text = sendable(source, name)
-        record = self._ask(text, name)
+        sent = sendable(source, name)
+        record = self._ask(sent.text, name)
         if not record["ok"]:
             raise refusal(
-                text, name, record["error"], record["error_start"], record["error_length"]
+                sent.text, name, record["error"], record["error_start"], record["error_length"]
             )
-        compiled = _compiled(source, name, record)
+        compiled = _compiled(source, sent, name, record)
         refuse_wrong_pins(compiled)
-        refuse_word_strings(compiled)
+        compiled = replace(compiled, warnings=warnings_of(compiled, sent.strays))
+        for warning in compiled.warnings:
+            self._warn(f"{name}:{warning.line}:{warning.column}: warning: {warning.text}")
         return compiled
 
     def close(self) -> None:
@@ -129,8 +141,9 @@ def compile_source(source: str, name: str = "program") -> Compiled:
     return _shared.compile(source, name)
 
 
-def _compiled(source: str, name: str, record: dict[str, Any]) -> Compiled:
+def _compiled(source: str, sent: Sent, name: str, record: dict[str, Any]) -> Compiled:
     lines = Lines(source)
+    places = ((sent.original(offset), bit) for offset, bit in record["map"])
     image = Image(chip_of_target(record["target"]), record["eeprom"], record["flags"])
     return Compiled(
         name=name,
@@ -138,7 +151,7 @@ def _compiled(source: str, name: str, record: dict[str, Any]) -> Compiled:
         image=image,
         variables=VariableCounts(*record["variables"]),
         source_map=SourceMap(
-            tuple(Statement(offset, *lines.place(offset), bit) for offset, bit in record["map"])
+            tuple(Statement(offset, *lines.place(offset), bit) for offset, bit in places)
         ),
         project_files=tuple(record["files"]),
         port=record["port"],

@@ -4,12 +4,8 @@ import re
 
 from cgagen.errors import SourceError
 from cgagen.stamp.compiled import Compiled
-from cgagen.stamp.constants import NotUnderstoodError
-from cgagen.stamp.layout import layout_of, place_in
 from cgagen.stamp.pins import INSTRUCTIONS_WITH_PINS, PROGRAMMING_PORT, wrong_pin
-from cgagen.stamp.scan import blanked, pieces_of
 from cgagen.stamp.stream import stream_of
-from cgagen.stamp.wording import variable
 from cgagen.tokenizer.text import Lines
 
 WITHOUT_PLACE = frozenset({124, 128, 156, 157})
@@ -19,7 +15,6 @@ no $STAMP, nothing to tokenize. Ref: S3, measured."""
 _CODED = re.compile(r"(\d+)-(.*)", re.DOTALL)
 _WORD = re.compile(r"\w*")
 _LONGEST_WORD = 40
-_STRING = re.compile(r"\b((?:WAIT)?STR)\s+(?:\?\s*)?(\w+)\s*(?![\w\s(=])", re.IGNORECASE)
 
 
 def refusal(source: str, name: str, error: str, start: int, length: int) -> SourceError:
@@ -74,38 +69,4 @@ def refuse_wrong_pins(compiled: Compiled) -> None:
                 line=statement.line,
                 column=statement.column,
                 length=len(word),
-            )
-
-
-def refuse_word_strings(compiled: Compiled) -> None:
-    """Refuse a string that is named by a word variable.
-
-    The tokenizer refuses nibbles and bits there, but takes the number of a word for that of a
-    byte: of a word in W0, for one in OUTH. Ref: S3, by compiling.
-
-    Raises:
-        SourceError: the first such string.
-    """
-    if "STR" not in compiled.source.upper():  # most sources, and looking closer takes time
-        return
-    code = blanked(compiled.source)
-    if _STRING.search(code) is None:
-        return
-    try:
-        places = layout_of(compiled.source)
-    except NotUnderstoodError:
-        return
-    for piece in pieces_of(compiled, code, ()):
-        for found in _STRING.finditer(piece.text):
-            place = place_in(places, found[2])
-            if place is None or place.size_bits != 16:
-                continue
-            line, column = Lines(compiled.source).place(piece.statement.offset + found.start(2))
-            raise SourceError(
-                f"{compiled.name}:{line}:{column}: {found[1].upper()} {found[2]} names a word, "
-                f"which the tokenizer takes for the byte {variable(place.element, 8)}; "
-                "declare bytes",
-                line=line,
-                column=column,
-                length=len(found[2]),
             )

@@ -17,6 +17,7 @@ from cgagen.stamp.decode import decode
 from cgagen.stamp.image import Image, Use
 from cgagen.stamp.listing import Line, listing
 from cgagen.stamp.program import Program
+from cgagen.stamp.scan import lines_of
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
 from cgagen.verbs.console import Console
@@ -139,7 +140,7 @@ def _notes(compiled: Compiled | None) -> dict[int, list[str]]:
     notes: dict[int, list[str]] = {}
     if compiled is None:
         return notes
-    lines = compiled.source.splitlines()
+    lines = lines_of(compiled.source)
     seen = set()
     for statement in compiled.source_map.statements:
         if statement.line not in seen:

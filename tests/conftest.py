@@ -1,7 +1,7 @@
 """What several test files share. `make setup` has put the tokenizer into the cache."""
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -58,7 +58,12 @@ def emulate(
 
     All calls share one tokenizer, because starting one takes most of a call's time.
     """
-    monkeypatch.setattr("cgagen.verbs.emulate_bench.Tokenizer", lambda: nullcontext(tokenizer))
+
+    def shared(warn: Callable[[str], None]) -> nullcontext[Tokenizer]:
+        monkeypatch.setattr(tokenizer, "_warn", warn)
+        return nullcontext(tokenizer)
+
+    monkeypatch.setattr("cgagen.verbs.emulate_bench.Tokenizer", shared)
 
     def call(*words: object) -> tuple[int, str, str]:
         code = main(["emulate", *map(str, words)])

@@ -65,7 +65,7 @@ def test_a_refused_source_writes_nothing(led: Path, capsys: pytest.CaptureFixtur
         (b"\xef\xbb\xbf" + LED.encode(), 0, ""),  # a mark that some editors put first
         (LED.encode() + b"' 5 \xb5s\n", 0, ""),  # Windows-1252
         (LED.encode() + "' 5 \u00b5s\n".encode(), 0, ""),
-        (LED.encode("utf-16"), 6, "silently"),
+        (LED.encode("utf-16"), 6, "UTF-16"),
         (bytes(range(256)), 6, "silently"),
         (b"", 6, "156"),
     ],

@@ -66,7 +66,7 @@ def build_verb(
         raise click.UsageError("give a genome, or with --robot a prey, which needs none")
     table = load(genome) if genome else None
     body = robot_of(console, table, genome, robot) if table and genome else load_robot(robot or "")
-    with Tokenizer() as tokenizer:
+    with Tokenizer(warn=console.note) as tokenizer:
         build = make_build(body, table, tokenizer, templates)
     folder = output or Path("build") / plain(body.name)
     files = build.files()

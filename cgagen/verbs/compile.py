@@ -47,7 +47,7 @@ def compile_verb(
     file = source_at(file)
     named = ((output, IMAGE), (map_file, SOURCE_MAP))
     check([(path, kind) for path, kind in named if path is not None], [file], force)
-    with Tokenizer() as tokenizer:
+    with Tokenizer(warn=console.note) as tokenizer:
         compiled = tokenizer.compile(read_source(file), str(file))
     sizes = report(compiled)
     if output is not None:
@@ -74,6 +74,7 @@ def _data(compiled: "Compiled", sizes: dict[str, Any]) -> dict[str, Any]:
         "packets": [packet.hex() for packet in packets_of(compiled.image)],
         "start_bit": compiled.start_bit,
         "source_map": [statement._asdict() for statement in compiled.source_map.statements],
+        "warnings": [warning._asdict() for warning in compiled.warnings],
         "variables": compiled.variables._asdict(),
         "memory": sizes,
     }

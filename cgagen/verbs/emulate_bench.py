@@ -14,9 +14,8 @@ from cgagen.emulator.wires import Strength
 from cgagen.inputs import start_of
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.chips import chip as chip_row
-from cgagen.stamp.compiled import Compiled
 from cgagen.tokenizer import Tokenizer
-from cgagen.tokenizer.files import read_source
+from cgagen.tokenizer.project import ProjectSources
 from cgagen.verbs.console import Console
 
 
@@ -37,14 +36,14 @@ def load_bench(console: Console, file: Path, model: str | None) -> Bench:
     if file.suffix == ".toml":
         if model is not None:
             raise click.UsageError(f"{file} says its models itself; leave --model out")
-        with Tokenizer() as tokenizer:
-            return read_bench(file, lambda path: _compiled(tokenizer, path))
+        with Tokenizer(warn=console.note) as tokenizer:
+            return read_bench(file, ProjectSources(tokenizer, console.note).compile)
     if _is_image(file):
         from cgagen.verbs.info_image import find_image
 
         found = find_image(console, file, model)
         return bench_of_image(found.image, found.compiled)
-    return _bench_of_source(file, model)
+    return _bench_of_source(console, file, model)
 
 
 def chip_of(bench: Bench, file: Path, name: str | None) -> Chip:
@@ -91,17 +90,12 @@ def _is_image(file: Path) -> bool:
     return data is not None and len(data) == EEPROM_BYTES and b"\0" in data
 
 
-def _bench_of_source(file: Path, model: str | None) -> Bench:
-    with Tokenizer() as tokenizer:
-        first = _compiled(tokenizer, file)
-        further = [_compiled(tokenizer, file.parent / name) for name in first.project_files]
-    said = first.image.model
+def _bench_of_source(console: Console, file: Path, model: str | None) -> Bench:
+    with Tokenizer(warn=console.note) as tokenizer:
+        compiled = ProjectSources(tokenizer, console.note).compile_all(file)
+    said = compiled[0].image.model
     if model is not None and chip_row(model) != said:
         raise click.UsageError(
             f"{file} is for a {said.name}, as its $STAMP line says; change that line or --model"
         )
-    return bench_of_sources(dict(enumerate([first, *further])))
-
-
-def _compiled(tokenizer: Tokenizer, path: Path) -> Compiled:
-    return tokenizer.compile(read_source(path), str(path))
+    return bench_of_sources(dict(enumerate(compiled)))

@@ -12,7 +12,7 @@ from cgagen.errors import ImageError
 from cgagen.stamp.chips import chip
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
-from cgagen.tokenizer.files import read_source
+from cgagen.tokenizer.project import ProjectSources
 from cgagen.verbs.console import Console
 from cgagen.verbs.info_image import SOURCE_SUFFIXES, find_image
 
@@ -34,7 +34,7 @@ def images_at(console: Console, file: Path, model: str | None, slot: int) -> dic
         UsageError: nothing tells the model.
     """
     if file.suffix.lower() in SOURCE_SUFFIXES:
-        return _compiled(file, model, slot)
+        return _compiled(console, file, model, slot)
     built = _built(file)
     if built is None:
         return {file.stem: _bare(console, file, model, slot)}
@@ -53,9 +53,10 @@ def _bare(console: Console, file: Path, model: str | None, slot: int) -> Image:
     return Image(found.image.model, found.image.eeprom, slot=slot)
 
 
-def _compiled(file: Path, model: str | None, slot: int) -> dict[str, Image]:
-    with Tokenizer() as tokenizer:
-        first = tokenizer.compile(read_source(file), file.name)
+def _compiled(console: Console, file: Path, model: str | None, slot: int) -> dict[str, Image]:
+    with Tokenizer(warn=console.note) as tokenizer:
+        sources = ProjectSources(tokenizer, console.note)
+        first = sources.compile(file)
         _refuse_other(file, model, first.image)
         images = {file.stem: replace(first.image, slot=slot)}
         if first.project_files and slot:
@@ -64,7 +65,7 @@ def _compiled(file: Path, model: str | None, slot: int) -> dict[str, Image]:
             )
         for number, name in enumerate(first.project_files, start=1):
             other = file.parent / name
-            image = tokenizer.compile(read_source(other), name).image
+            image = sources.compile(other).image
             _refuse_other(other, first.image.model.name, image)
             images[name] = replace(image, slot=number)
     return dict(reversed(images.items()))

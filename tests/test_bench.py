@@ -17,6 +17,9 @@ from cgagen.robot import load_robot
 from cgagen.stamp.chips import chip as model
 from cgagen.stamp.image import Image
 from cgagen.tokenizer import Tokenizer
+from hil.simulated import SimulatedTarget
+from hil.subject import read_subject
+from hil.target import Stimulus
 from tests.bench_cases import FIRMWARE, MS, S, decisions, robot_bench
 
 
@@ -111,6 +114,24 @@ def test_units_of_the_robot_are_those_of_the_emulated_chip() -> None:
     bench.part("sonar_front", Sonar).see_echo(1_500_000)
     bench.run(3 * S)
     assert decisions(bench)[0]["F"] == 1875
+
+
+def test_however_long_a_silence_is_it_is_farther_than_everything() -> None:
+    """19.98 to 20.01 ms within a day (S10, 119926); the simulator has the 18.5 ms of S6."""
+    ping = 'kind = "ping"'
+    text = bench_text(load_robot("servobot-predator"))
+    text = text.replace(ping, f"{ping}\nsilence_us = 19982\ndrift_us = 28")
+    bench = parse_bench(text, "b", FIRMWARE / "predator")
+    for chip in ("main", "locomotion"):
+        bench.host(chip)
+    bench.run(12 * S)
+    seen = decisions(bench)
+    counts = [one["F"] for one in seen]
+    # the first stands behind the prompts
+    assert counts == [(19_982_000 + 4_000 * step) // 750 for step in range(1, 8)]
+    simulated = SimulatedTarget(read_subject(FIRMWARE / "predator"))
+    nothing = simulated.decide(Stimulus((24_666,) * 3, lights=(0, 0)))
+    assert {one["S"] for one in seen} == {nothing.state}
 
 
 def program(tokenizer: Tokenizer, source: str, name: str = "BS2") -> Image:

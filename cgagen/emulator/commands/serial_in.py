@@ -27,10 +27,21 @@ class _SerialReceiver:
 
     A bit is read in its middle. The start bit is a level, not an edge, and neither it nor the
     stop bit is looked at again. What the chip does between two bytes overlaps with the stop bit up
-    to its middle; what takes longer makes it late for the next start bit.
+    to its middle; what takes longer makes it late for the next start bit, unless a flow pin holds
+    the sender. That pin is a handshake byte by byte (Ref: S9 (1.8) p. 307): it says "go" in the
+    moment in which the line is looked at for a start bit, and "stop" with the byte's last bit, so
+    that a sender that asks behind its stop bit has to wait.
     """
 
-    __slots__ = ("_line", "_parity_target", "_pins", "_stop_ns", "_timeout_target", "_wait_ns")
+    __slots__ = (
+        "_flow_pin",
+        "_line",
+        "_parity_target",
+        "_pins",
+        "_stop_ns",
+        "_timeout_target",
+        "_wait_ns",
+    )
 
     def __init__(
         self,
@@ -39,7 +50,9 @@ class _SerialReceiver:
         wait_ns: int,
         timeout_target: int | None,
         parity_target: int | None,
+        flow_pin: int | None,
     ) -> None:
+        self._flow_pin = flow_pin
         self._pins = pins
         self._line = line
         self._wait_ns = wait_ns
@@ -58,10 +71,17 @@ class _SerialReceiver:
             yield Delay(self._stop_ns)
         self._stop_ns = 0
 
+    def permit(self, go: bool) -> None:
+        """Tell the sender, where it can be told, whether to send."""
+        if self._flow_pin is not None:
+            level = self._line.flow_go if go else 1 - self._line.flow_go
+            drive(self._pins, self._flow_pin & LAST_PIN, level)
+
     def byte(self) -> Command[int]:
         """Receive one byte; the time-out is that of its start bit."""
         line = self._line
         yield from self.finish()
+        self.permit(True)
         started = yield Until(line.pin, line.level(SPACE), self._wait_ns)
         if started is None and self._timeout_target is not None:
             raise _Abandoned(self._timeout_target)
@@ -71,6 +91,7 @@ class _SerialReceiver:
             yield Delay(line.bit_ns)
             bits |= (self._pins.level(line.pin) ^ line.inverted) << place
         self._stop_ns = line.bit_ns
+        self.permit(False)
         if not line.seven_even:
             return bits
         if bits.bit_count() & 1 and self._parity_target is not None:
@@ -91,24 +112,21 @@ def serin(
 ) -> Command[Result]:
     """SERIN and DEBUGIN, with and without a flow pin.
 
-    The flow pin says "go" from the start of the instruction to its end and "stop" then. Without a
-    label for it there is no time-out, and no label for parity means that parity is not looked at.
+    Behind the instruction the flow pin says "stop". Without a label for it there is no time-out,
+    and no label for parity means that parity is not looked at.
     """
     line = line_of(port.timing, baud, pin)
     wait_ns = FOREVER_NS
     if timeout_target is not None:
         wait_ns = timeout * port.timing.serin_timeout_ns
-    receiver = _SerialReceiver(port.pins, line, wait_ns, timeout_target, parity_target)
+    receiver = _SerialReceiver(port.pins, line, wait_ns, timeout_target, parity_target, flow_pin)
     if line.pin != SIN:
         release(port.pins, line.pin)
-    if flow_pin is not None:
-        drive(port.pins, flow_pin & LAST_PIN, line.flow_go)
     result: Result = None
     try:
         yield from receive(port, items, receiver)
     except _Abandoned as abandoned:
         result = Jump(abandoned.address)
-    if flow_pin is not None:
-        drive(port.pins, flow_pin & LAST_PIN, 1 - line.flow_go)
+    receiver.permit(False)
     yield from receiver.finish()
     return result

@@ -1,7 +1,8 @@
 """Two robots as one bench: both `bench.toml`, each with its robot's name before every name.
 
 The predator's main controller becomes `predator_main`, its P4 `predator_main.P4`, its front sonar
-`predator_sonar_front`; no wire goes from one robot to the other.
+`predator_sonar_front`; no wire goes from one robot to the other, and each robot's sonars hear their
+own robot's bursts alone unless `share_air` is called.
 """
 
 import tempfile
@@ -15,7 +16,10 @@ import tomli_w
 from cgagen.build.bench import BENCH_FORMAT, bench_text
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_file import parse_bench
+from cgagen.emulator.parts.air import Air
+from cgagen.emulator.parts.sonar import Sonar
 from hil.benches import show
+from hil.forced import LATE_NS
 from hil.subject import CHIPS, Subject
 
 
@@ -38,7 +42,7 @@ def colony_text(texts: Mapping[str, str]) -> str:
     return tomli_w.dumps({"format": BENCH_FORMAT, **sections})
 
 
-_NAMES = ("image", "ends", "end", "part", "wire", "wires", "chips")
+_NAMES = ("image", "ends", "end", "part", "wire", "wires", "chips", "sonars")
 """Keys whose values are names, or lists of them."""
 
 
@@ -76,3 +80,14 @@ def colony_bench(subjects: Mapping[str, Subject], texts: Mapping[str, str] | Non
         for name in CHIPS
     }
     return show(bench, images)
+
+
+def share_air(bench: Bench) -> Air:
+    """Let the sonars of all robots on a bench hear one another's bursts; returns what they share.
+
+    Nothing on the robots keeps their sonars apart then, so they read what is not there
+    (FIDELITY.md); that is why it is asked for.
+    """
+    room = bench.add_part(Air("room", bench.clock, tuple(bench.parts_of(Sonar).values())))
+    room.see_echoes(*LATE_NS)
+    return room

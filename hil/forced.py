@@ -3,11 +3,16 @@
 from collections.abc import Sequence
 
 from cgagen.emulator.bench import Bench
+from cgagen.emulator.parts.air import Air
 from cgagen.emulator.parts.photocell import Photocell
 from cgagen.emulator.parts.sonar import Answer, Sonar, middle_ns
 from cgagen.emulator.parts.whisker import Whisker
 from cgagen.robot import Robot
 from hil.target import Stimulus
+
+LATE_NS = tuple(range(1_000_000, 20_500_000, 500_000))
+"""When a burst comes back to those that listen, behind its first echo: in a room with walls at all
+distances up to 11 ft. Choice; beyond, a sonar hears nothing (S6)."""
 
 
 class Forced:
@@ -41,6 +46,7 @@ class ForcedSensors:
         for sonar, forced in zip(robot.sonars, self._echoes, strict=True):
             sonars[f"{word}sonar_{sonar.name}"].spoilers.insert(0, forced)
         lights = robot.light.sensors if robot.light else ()
+        bench.part(f"{word}air", Air).see_echoes(*LATE_NS)
         self._whiskers = [
             bench.part(f"{word}antenna_{one.name}", Whisker) for one in robot.antennas
         ]

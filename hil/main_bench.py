@@ -18,7 +18,7 @@ from hil.target import Observation, Stimulus
 from hil.trial import MS, answered, ignores, want
 
 SOON_MS = 380
-"""What a look at all sensors, a decision and GO take, without the rests between sonars. Choice."""
+"""What a look at all sensors, a decision and GO take, without the gaps between sonars. Choice."""
 
 
 def speaks(trial: MainTrial, wanted: Wanted, image: Image) -> None:
@@ -40,7 +40,7 @@ def speaks(trial: MainTrial, wanted: Wanted, image: Image) -> None:
     _all_bits(trial, stimulus)
     answered(trial, "?Xzz", "!Xzz")
     want(trial.wait("look", 20), "bench", "does not hunt after leaving")
-    soon_ms = SOON_MS + len(stimulus.sonars) * trial.robot.echo.rest_ms
+    soon_ms = SOON_MS + len(stimulus.sonars) * trial.robot.echo.trigger_gap_ms
     want(trial.wait("step 0", soon_ms), "bench", "does not say GO soon after leaving")
     want(trial.lines() == right.command, "bench", f"says {trial.lines()} after leaving")
 

@@ -133,9 +133,8 @@ def _report(trial: MainTrial, number: int, stimulus: Stimulus, right: Observatio
 
 
 def _check_sensing(trial: MainTrial, stimulus: Stimulus) -> None:
-    """Triggers, rests and charging are as long as the robot's file has them, in order."""
+    """Triggers, gaps and charging are as long as the robot's file has them, in order."""
     robot = trial.robot
-    ended_ns = None
     pulses = _pulses(trial)
     for sonar, count in zip(robot.sonars, stimulus.sonars, strict=True):
         name = f"sonar {sonar.name}"
@@ -143,14 +142,13 @@ def _check_sensing(trial: MainTrial, stimulus: Stimulus) -> None:
         echoes += pulses.pop(sonar.pins[-1], [])  # an SRF04's, which has a line of its own
         least = int(robot.echo.trigger_us * 1_000)
         unit = robot.main.pulsout_unit_ns
-        if ended_ns is not None:
-            rest = trigger[0] - ended_ns
-            limit = robot.echo.rest_ms * MS
-            want(limit <= rest, "sensing", f"{name}: rest {rest / MS:.2f} ms")
+        if trial.asked_ns is not None:
+            gap = trigger[0] - trial.asked_ns
+            limit = robot.echo.trigger_gap_ms * MS
+            want(limit <= gap, "sensing", f"{name}: {gap / MS:.2f} ms behind the trigger before")
+        trial.asked_ns = trigger[0]
         want(least <= trigger[1] < least + unit, "sensing", f"{name}: trigger {trigger[1]} ns")
         want(len(echoes) == bool(count), "sensing", f"{name}: asked more than once")
-        last = echoes[-1] if echoes else trigger
-        ended_ns = last[0] + last[1]
     sensors = robot.light.sensors if robot.light else ()
     for sensor, count in zip(sensors, stimulus.lights, strict=True):
         charged = pulses.get(sensor.pin, [])

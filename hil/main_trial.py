@@ -25,6 +25,8 @@ class MainTrial(Trial):
         sensors += [one.pin for one in robot.light.sensors] if robot.light else []
         for pin in sensors:
             bench.end(f"main.P{pin}").listen(self._listener(pin))
+        self.asked_ns: int | None = None
+        """When a sonar was triggered last, in whichever look."""
         self.first_pin = robot.sonars[0].pins[0]
         line = robot.link.step_line
         self.step_bit = 1 << (line.main_pin if line else 0)

@@ -9,12 +9,14 @@ import pytest
 from numpy.typing import NDArray
 
 from cgagen.build.bench import bench_text
+from cgagen.emulator.parts.air import Air
 from cgagen.emulator.parts.probe import Probe
 from cgagen.emulator.parts.servo import Servo
 from cgagen.genome import Genome
 from cgagen.robot import load_arena
 from cgagen.tokenizer import Tokenizer
 from hil.colony import Colony
+from hil.colony_bench import share_air
 from hil.hunt import Hunt, episode_of, fixed_starts, hunt
 from hil.subject import Subject, read_subject
 from sim.numbers import WorldNumbers, world_numbers
@@ -105,6 +107,23 @@ def test_every_fixed_start(
     ]
     assert differences == []
     assert [one.captured_at for one in results] == [one.episode.captured_at for one in results]
+
+
+def test_robots_that_hear_each_others_sonars_see_what_is_not_there(
+    predator: Subject, prey: Subject, numbers: WorldNumbers, figure_7: NDArray[np.float64]
+) -> None:
+    """Both look at one instant: each robot's own gaps do not keep the other one's bursts away."""
+    alone, together = (Colony(predator, prey, numbers, figure_7) for _ in range(2))
+    room = share_air(together.bench)
+    right, wrong = alone.step(), together.step()
+    assert right is not None
+    assert wrong is not None
+    assert all(one.told() == {} for one in alone.bench.parts_of(Air).values())
+    assert room.strays > 0
+    for word in ("predator", "prey"):
+        before, after = getattr(right, word).said, getattr(wrong, word).said
+        pairs = zip(before.stimulus.sonars, after.stimulus.sonars, strict=True)
+        assert any(phantom < true for true, phantom in pairs)
 
 
 # -- Planted faults are seen ------------------------------------------------------------------

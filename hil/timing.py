@@ -30,7 +30,8 @@ class Timing(NamedTuple):
 
     Attributes:
         decision_ns: the longest time from legs that stand to GO.
-        waiting_ns: how much of that PULSIN and RCTIME wait for what never comes, by their counts.
+        waiting_ns: how much of that PULSIN and RCTIME wait for what never comes, by their counts,
+            and the gaps between sonars.
         shortest_frame_ns: between two pulses of one servo, over everything that the robot did.
         longest_frame_ns: likewise.
         jitter_ns: by how much frames differ within one phase of a movement.
@@ -108,7 +109,8 @@ def _waiting_ns(subject: Subject) -> int:
     robot = subject.robot
     lights = len(robot.light.sensors) if robot.light else 0
     units_ns = len(robot.sonars) * robot.main.pulsin_unit_ns + lights * robot.main.rctime_unit_ns
-    return LONGEST_COUNT * units_ns
+    rests = len(robot.sonars) if robot.link.step_line is None else len(robot.sonars) - 1
+    return LONGEST_COUNT * units_ns + rests * robot.echo.trigger_gap_ms * MS
 
 
 def _jitter_ns(subject: Subject, walk: Walk) -> int:

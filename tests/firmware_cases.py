@@ -97,6 +97,9 @@ CASES: dict[str, str] = {
     "prey-wall": changed(PREY, ('policy = "turn"', 'policy = "wall"')),
     "prey-wary": changed(PREY, ('policy = "turn"', 'policy = "wary"')),
     "prey-free-running": changed(PREY, (STEP_LINE, 'step_line = "none"')),
+    "prey-free-silent": changed(
+        PREY, (STEP_LINE, 'step_line = "none"'), ("telemetry = true", "telemetry = false")
+    ),
     "prey-silent": changed(PREY, ("telemetry = true", "telemetry = false")),
     "prey-bs2": with_model(PREY, "main", "BS2", 2000),
 }

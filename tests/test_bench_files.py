@@ -207,6 +207,7 @@ from_ms = 50
 
 
 NEEDED = {
+    "air": 'sonars = ["s"]',
     "photocell": "capacitor_uf = 1",
     "late_echo": 'part = "s"\nlate_us = 1',
     "no_echo": 'part = "s"',

@@ -91,7 +91,8 @@ def test_sensors_are_read_as_their_data_sheets_want() -> None:
             (("LOW", ""), ("PULSOUT", ", Trigger"), ("PULSIN", ", 1, echo({0})"))]  # fmt: skip
     expected = []
     for name in ("Front", "Right", "Left"):
-        expected += [step.format(name) for step in ping] + ["PAUSE EchoRest"]
+        expected += [step.format(name) for step in ping]
+        expected.append(f"PAUSE EchoGap - (echo({name}) / EchoMs MAX EchoGap)")
     expected.pop()
     for side in ("Left", "Right"):
         expected += [f"HIGH Lamp{side}", "PAUSE ChargeTime", f"RCTIME Lamp{side}, 1, light{side}"]

@@ -33,10 +33,10 @@ def test_robots_of_other_make_conduct_themselves(case: str, tokenizer: Tokenizer
 
 
 def test_a_slow_robot_may_take_its_time(tokenizer: Tokenizer) -> None:
-    """Its movements last for nearly twice as many frames; its sonars rest for long."""
+    """Its movements last for nearly twice as many frames; its sonars are asked seldom."""
     text = changed_text(
         PREDATOR,
-        ("rest_ms = 5 ", "rest_ms = 60 "),
+        ("trigger_gap_ms = 25 ", "trigger_gap_ms = 80 "),
         ("lift_frames = 6 ", "lift_frames = 10 "),
         ("push_frames = 11 ", "push_frames = 24 "),
     )
@@ -52,7 +52,8 @@ FAULTS = [
     ("main", "Start:\n", "Start:\n  LOW StepLine\n  PAUSE 9\n  INPUT StepLine\n", "drives a line"),
     ("main", "decisions = decisions + 1", "decisions = decisions + 1 & 127", "telemetry"),
     ("main", "DEC echo(Left)", "DEC echo(Right)", "telemetry"),
-    ("main", "  PAUSE EchoRest\n", "  PAUSE EchoRest - 1\n", "sensing: sonar right: rest 4."),
+    ("main", "  PAUSE EchoGap - (", "  PAUSE 5 ' (", "lines: "),  # phantoms
+    ("main", "  PAUSE EchoGap - (", "  PAUSE EchoGap - 3 - (", "ms behind the trigger before"),
     ("main", LATCHED, f"  IF command > 0 THEN{LATCHED}", "lines: "),
     ("locomotion", "  IF StepLine = 1 THEN Ready ", "' ", "what the lines say after a reset"),
     ("locomotion", "BenchLeave:\n", "BenchLeave:\n  GOSUB Centre\n", "bench: moves as it is left"),

@@ -31,6 +31,8 @@ def bench_text(robot: Robot) -> str:
     ]
     for sonar in robot.sonars:
         blocks += _sonar(robot, sonar)
+    names = ", ".join(f'"sonar_{sonar.name}"' for sonar in robot.sonars)
+    blocks += _part("air", "air", {}, [f"sonars = [{names}]"])
     for antenna in robot.antennas:
         blocks += _part(f"antenna_{antenna.name}", "whisker", {"signal": f"main.P{antenna.pin}"})
     if robot.light:

@@ -34,6 +34,8 @@ The kinds of parts, with their ends and their settings::
     ping       signal            distance_in or echo_us; without, nothing is heard, for
                                  silence_us (20000), up to drift_us (0) longer
     srf04      trigger echo      likewise: distance_in, echo_us; mode_grounded (false)
+    air                          sonars (their names; they hear one another's bursts)
+                                 late_in (inches at which walls send them back, too)
     whisker    signal            touched (false); a push-button to ground is the same
     photocell  signal            capacitor_uf; resistance_ohm or drain_us, without, it is dark
     servo      signal            centre_us (1500) us_per_deg (10) deg_per_s (300) angle_deg (0)

@@ -41,6 +41,14 @@ class BenchTable(Table):
         unit_ns = 1_000_000 if key.endswith("_ms") else 1_000
         return round(self.number(key, 0, LONGEST_US * 1_000 / unit_ns) * unit_ns)
 
+    def numbers(self, key: str, low: float, high: float) -> list[float]:
+        """Return a list of finite numbers from `low` to `high`."""
+        wanted = f"a list of numbers from {low:g} to {high:g}"
+        value: Any = self.take(key, wanted)
+        if not isinstance(value, list):
+            raise self.error(key, f"{value!r} is not {wanted}")
+        return [self._in_range(key, one, low, high) for one in value]
+
     def texts(self, key: str, wanted: str) -> list[str]:
         """Return a list of texts; `wanted` says in words what they are."""
         value: Any = self.take(key, wanted)

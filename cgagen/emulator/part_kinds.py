@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_table import LONGEST_US, BenchTable
+from cgagen.emulator.parts.air import Air
 from cgagen.emulator.parts.part import Part
 from cgagen.emulator.parts.photocell import Photocell
 from cgagen.emulator.parts.ping import SILENCE_NS, Ping
@@ -53,6 +54,21 @@ def _ping(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable)
 def _srf04(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable) -> Part:
     grounded = table.flag_or("mode_grounded", False)
     return _sonar(Srf04(name, bench.clock, leads["trigger"], leads["echo"], grounded), table)
+
+
+def _air(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable) -> Part:
+    wanted = "a list of sonars that stand before it in the file"
+    sonars = bench.parts_of(Sonar)
+    named = table.texts("sonars", wanted)
+    for one in named:
+        if one not in sonars or named.count(one) > 1:
+            raise table.error("sonars", f"{one!r} is not {wanted}, each once")
+        if sonars[one].air is not None:
+            raise table.error("sonars", f"{one!r} shares another air; name it in one of them")
+    air = Air(name, bench.clock, [sonars[one] for one in named])
+    if table.offers("late_in"):
+        air.see(*table.numbers("late_in", 0, 1000))
+    return air
 
 
 def _whisker(bench: Bench, name: str, leads: Mapping[str, Wire], table: BenchTable) -> Part:
@@ -135,6 +151,7 @@ def _changes(table: BenchTable) -> list[tuple[int, int | None]]:
 PARTS: dict[str, PartKind] = {
     "ping": PartKind(("signal",), (), _ping),
     "srf04": PartKind(("trigger", "echo"), (), _srf04),
+    "air": PartKind((), (), _air),
     "whisker": PartKind(("signal",), (), _whisker),
     "photocell": PartKind(("signal",), (), _photocell),
     "servo": PartKind(("signal",), (), _servo),

@@ -43,7 +43,7 @@ def main_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
         "echo_unit": f"{robot.main.pulsin_unit_ns / 1000:g}",
         "light_unit": f"{robot.main.rctime_unit_ns / 1000:g}",
         "counts_per_inch": f"{robot.echo_counts_per_in:.1f}",
-        "sonars": [_sonar(sonar) for sonar in robot.sonars],
+        "sonars": [_sonar(sonar) | {"rests": _rests(robot, sonar)} for sonar in robot.sonars],
         "light_sensors": [
             {"pin_name": f"Lamp{camel(one.name)}", "variable": f"light{camel(one.name)}"}
             for one in (robot.light.sensors if robot.light else ())
@@ -67,6 +67,11 @@ def _sonar(sonar: Sonar) -> dict[str, Any]:
         "trigger_name": names[0],
         "echo_name": names[-1],
     }
+
+
+def _rests(robot: Robot, sonar: Sonar) -> bool:
+    """Whether there is a rest behind a sonar: GO takes longer than one, so the last needs none."""
+    return sonar is not robot.sonars[-1] or robot.link.step_line is None
 
 
 def _readings(robot: Robot) -> list[str]:
@@ -103,7 +108,8 @@ def _constants(robot: Robot) -> list[str]:
     lines += [
         "",
         con("Trigger", trigger, f"sonar trigger, {robot.echo.trigger_us:g} us"),
-        con("EchoRest", robot.echo.rest_ms, "ms, or a sonar hears the burst of another"),
+        con("EchoGap", robot.echo.trigger_gap_ms, "ms, or a sonar hears the burst of another"),
+        con("EchoMs", -(-1_000_000 // robot.main.pulsin_unit_ns), "counts of an echo in 1 ms"),
         con("NoEcho", FARTHEST_COUNT, "farther than everything"),
     ]
     if robot.light:

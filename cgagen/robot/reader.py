@@ -31,6 +31,10 @@ from cgagen.words import COMMANDS, Movement, Role
 
 ROBOTS_FOLDER = Path(__file__).parent.parent / "robots"
 
+LEAST_GAP_MS = 25
+"""From one sonar's trigger to the next. Ref: choice; a PING))) listens for 20 ms, and so long its
+burst may come back from somewhere to another sonar."""
+
 MODELS = ("BS2", "BS2e", "BS2sx", "BS2p", "BS2pe")
 
 
@@ -179,10 +183,16 @@ def _locomotion(table: Table) -> LocomotionChip:
 
 
 def _echo(table: Table) -> Echo:
+    if table.has("rest_ms"):
+        raise table.error(
+            "rest_ms",
+            "a rest behind an echo does not keep sonars apart; write trigger_gap_ms = "
+            f"{LEAST_GAP_MS} in its place, from one trigger to the next",
+        )
     echo = Echo(
         us_per_in=table.number("us_per_in", 60, 90),
         trigger_us=table.number("trigger_us", 2, 100),
-        rest_ms=table.integer("rest_ms", 1, 100),
+        trigger_gap_ms=table.integer("trigger_gap_ms", LEAST_GAP_MS, 1000),
     )
     table.done()
     return echo

@@ -66,11 +66,11 @@ class LocomotionChip:
 
 @dataclass(frozen=True, slots=True)
 class Echo:
-    """How sound travels, and how a sonar is asked."""
+    """How sound travels, and how and how often sonars are asked."""
 
     us_per_in: float
     trigger_us: float
-    rest_ms: int
+    trigger_gap_ms: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,8 +3,8 @@
 A pulse of at least 2 us on SIG; 750 us after its end, a pulse that is as long as the sound is on
 its way, or 20 ms where nothing is heard; 200 us later it can be asked again.
 
-Left out: the burst itself, temperature, angles, what a target is made of, the current (35 mA),
-and cross-talk between sonars.
+Left out: the burst itself, temperature, angles, what a target is made of, and the current (35 mA).
+What sonars hear of one another is the business of `Air`.
 """
 
 from cgagen.emulator.clock import Clock
@@ -78,10 +78,11 @@ class Ping(Sonar):
         self._begin.after(answer.delay_ns)
 
     def _echo_begins(self) -> None:
-        self._end.after(self._width_ns)
+        self._listen(self._width_ns)
         self._signal.drive(self.name, 1)
 
     def _echo_ends(self) -> None:
+        self._heard()
         self._rest.after(REST_NS)
         self._signal.drive(self.name, 0, Strength.PULL)
 

@@ -6,7 +6,7 @@ whoever owns the world says how long the echo is.
 
 from typing import Any, NamedTuple, Protocol
 
-from cgagen.emulator.clock import Clock
+from cgagen.emulator.clock import Clock, Timer
 from cgagen.emulator.parts.part import Part
 
 US_PER_IN = 73.746
@@ -31,6 +31,20 @@ class Spoiler(Protocol):
         ...
 
 
+class Sound(Protocol):
+    """What a sonar has to do with the air that it shares with others."""
+
+    strays: int
+
+    def burst(self, sonar: str, begins_ns: int) -> None:
+        """Take note of a burst of a sonar, whose echo pulse begins then."""
+        ...
+
+    def comes_ns(self, sonar: str, began_ns: int) -> int | None:
+        """Return when the next sound of others comes to a sonar that listens since a time."""
+        ...
+
+
 class Sonar(Part):
     """The distance and the faults of a sonar.
 
@@ -46,7 +60,10 @@ class Sonar(Part):
             step longer, and then it begins anew.
     """
 
-    CIRCUIT = frozenset({"spoilers"})
+    CIRCUIT = frozenset({"spoilers", "air"})
+
+    _end: Timer
+    """Booked while the echo pulse lasts."""
 
     def __init__(
         self,
@@ -62,6 +79,10 @@ class Sonar(Part):
         self.ignored = 0
         """Triggers that were too short or came too early."""
         self.spoilers: list[Spoiler] = []
+        self.air: Sound | None = None
+        """That it shares with other sonars; None where it is alone."""
+        self._began_ns = 0
+        self._own_end_ns = 0
         self._shortest_ns = shortest_ns
         self._longest_ns = longest_ns
         self._silence_ns = longest_ns if silence_ns is None else silence_ns
@@ -99,6 +120,8 @@ class Sonar(Part):
         for spoiler in self.spoilers:
             if answer is not None:
                 answer = spoiler.spoil(answer)
+        if answer is not None and self.air is not None:
+            self.air.burst(self.name, self.clock.now_ns + answer.delay_ns)
         return answer
 
     def _width(self) -> int:
@@ -106,6 +129,27 @@ class Sonar(Part):
             return self._echo_ns
         step, self._silences = self._silences % (DRIFT_STEPS + 1), self._silences + 1
         return self._silence_ns + self.drift_ns * step // DRIFT_STEPS
+
+    def _listen(self, width_ns: int) -> None:
+        """The echo pulse begins; it ends with the first sound that comes, whosever it is."""
+        self._began_ns = self.clock.now_ns
+        self._own_end_ns = self._began_ns + width_ns
+        self._end.at(self._own_end_ns)
+        self.listen_again()
+
+    def listen_again(self) -> None:
+        """Somebody has sent: his sound may come before one's own."""
+        booked = self._end.state()
+        if self.air is None or booked is None:
+            return
+        comes_ns = self.air.comes_ns(self.name, self._began_ns)
+        if comes_ns is not None:
+            self._end.at(min(booked[0], max(comes_ns, self._began_ns + self._shortest_ns)))
+
+    def _heard(self) -> None:
+        """The echo pulse has ended."""
+        if self.air is not None and self.clock.now_ns < self._own_end_ns:
+            self.air.strays += 1
 
 
 def middle_ns(count: int, unit_ns: int) -> int:

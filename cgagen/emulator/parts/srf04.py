@@ -3,8 +3,8 @@
 A pulse of at least 10 us on TRIGGER; after its falling edge, eight cycles at 40 kHz and a
 blanking time; then ECHO is high as long as the sound is on its way, or 36 ms without a target.
 
-Left out: the burst itself, temperature, angles, what a target is made of, the current (50 mA),
-and cross-talk between sonars.
+Left out: the burst itself, temperature, angles, what a target is made of, and the current (50 mA).
+What sonars hear of one another is the business of `Air`.
 """
 
 from cgagen.emulator.clock import Clock
@@ -68,10 +68,11 @@ class Srf04(Sonar):
             self._begin.after(answer.delay_ns)
 
     def _echo_begins(self) -> None:
-        self._end.after(self._width_ns)
+        self._listen(self._width_ns)
         self._echo.drive(self.name, 1)
 
     def _echo_ends(self) -> None:
+        self._heard()
         self._rest.after(REST_NS)
         self._echo.drive(self.name, 0)
 

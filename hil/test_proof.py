@@ -11,9 +11,10 @@ import pytest
 from cgagen.tokenizer import compile_source
 from hil.equivalence import Trial
 from hil.evidence import Evidence
+from hil.proving import proof_of, whole_proof
 from hil.stimuli import Level
 from hil.subject import Subject
-from hil.verify import SAMPLED_CELLS, proof_of
+from hil.verify import SAMPLED_CELLS
 
 Judge = Callable[[Trial], Trial]
 
@@ -34,8 +35,9 @@ def test_the_image_decides_as_the_simulator(
     whole = hil_config.level == Level.EXHAUSTIVE
     if whole:
         request.node.user_properties += [(SPACE.name, str(one)) for one in SPACE.args]
-    count = None if whole else SAMPLED_CELLS
-    proof = proof_of(hil_subject, compile_source, count, hil_config.seed)
+        proof = whole_proof(hil_evidence, compile_source)
+    else:
+        proof = proof_of(hil_subject, compile_source, SAMPLED_CELLS, hil_config.seed)
     hil_evidence.proof(proof)
     hil_judge(proof.trial())
     assert proof.tried == (proof.cells if whole else min(SAMPLED_CELLS, proof.cells))

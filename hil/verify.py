@@ -15,7 +15,7 @@ from hil.equivalence import Finding, Heard, Trial, Verdict, blocked, compare
 from hil.explain import table_line
 from hil.explainers import explainer
 from hil.outcome import Report
-from hil.proof import Proof, prove
+from hil.proving import proof_of
 from hil.registers import Compile, RegisterTarget
 from hil.simulated import commands_by_state
 from hil.stimuli import SEED, Level, every_state, neutral, sample, stimuli_of, thresholds
@@ -98,25 +98,6 @@ def with_cells(report: Report, subject: Subject, compile_source: Compile) -> Non
     proof = proof_of(subject, compile_source, count, report.seed)
     report.evidence.proof(proof)
     report.add("cells", proof.trial())
-
-
-def proof_of(
-    subject: Subject, compile_source: Compile, count: int | None = None, seed: int = SEED
-) -> Proof:
-    """Put cells of the sensor space to the image; a reason names its line where there is one.
-
-    Args:
-        subject: what is on trial.
-        compile_source: the tokenizer.
-        count: how many cells, drawn by chance; None for all.
-        seed: of the drawing.
-    """
-    try:
-        compiled = compile_source(subject.sources["main"], subject.files["main"])
-        same = compiled.image.eeprom == subject.images["main"].eeprom
-    except SourceError:
-        same = False
-    return prove(subject, count, seed, compiled.source_map if same else None)
 
 
 def _with_trace(report: Report, subject: Subject, make: Callable[[], Target], trace: Trace) -> None:

@@ -55,7 +55,7 @@ from cgagen.pytest_plugin.options import (
     on_wires,
     targets_of,
 )
-from cgagen.pytest_plugin.ours import refuse_contradictions, subjects_of
+from cgagen.pytest_plugin.ours import of_reference, refuse_contradictions, subjects_of
 from cgagen.pytest_plugin.session import (
     BLOCKED,
     LEVEL,
@@ -163,6 +163,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if long:
             config.hook.pytest_deselected(items=long)
             items[:] = [item for item in items if item not in long]
+    others = sum(of_reference(config, item.path) and not _of_firmware(item) for item in items)
+    if others:
+        config.stash[_LINES].append(f"{others} tests are of the reference firmware alone")
     if config.pluginmanager.hasplugin("xdist") and on_wires(config):
         for item in items:
             if "hil_target" in getattr(item, "fixturenames", ()):
@@ -172,10 +175,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Leave hardware alone that was not named; prepare for what a test leaves behind."""
-    for mark in item.iter_markers("hil_req"):
-        item.user_properties += [(REQUIREMENT, str(one)) for one in mark.args]
     if not _of_firmware(item):
         return
+    for mark in item.iter_markers("hil_req"):
+        item.user_properties += [(REQUIREMENT, str(one)) for one in mark.args]
     wanted = item.config.stash[SESSION].asked
     item.user_properties.append((LEVEL, wanted.level))
     item.stash[FILES] = TestFiles(item, wanted)
@@ -272,9 +275,11 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 
 def _of_firmware(item: pytest.Item) -> bool:
-    """Whether a test asks for a fixture of ours, or stands for a requirement."""
+    """Whether a test asks for a fixture of ours, or stands for a requirement of this firmware."""
     names = getattr(item, "fixturenames", ())
-    return not FIXTURES.isdisjoint(names) or item.get_closest_marker("hil_req") is not None
+    asks = not FIXTURES.isdisjoint(names)
+    required = item.get_closest_marker("hil_req") is not None
+    return asks or (required and not of_reference(item.config, item.path))
 
 
 def _is_ours(metafunc: pytest.Metafunc, name: str) -> bool:

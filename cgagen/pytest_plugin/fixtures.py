@@ -156,11 +156,9 @@ def hil_check(
             trial = once(target, stimuli)
         trial = hil_judge(trial)
         if stimuli is hil_stimuli and hil_config.level == EXHAUSTIVE:
-            if hil_evidence.whole is None:
-                compile_source = load("cgagen.tokenizer").compile_source
-                hil_evidence.whole = load("hil.verify").proof_of(hil_subject, compile_source)
-            hil_evidence.proof(hil_evidence.whole)
-            hil_judge(hil_evidence.whole.trial())
+            compile_source = load("cgagen.tokenizer").compile_source
+            proof = load("hil.proving").whole_proof(hil_evidence, compile_source)
+            hil_judge(proof.trial())
         return trial
 
     return check

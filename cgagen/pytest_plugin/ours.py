@@ -66,6 +66,12 @@ def subjects_of(named: bool) -> tuple[str, ...]:
     return ROLES if not named and reference_folder(ROLES[0]).is_dir() else NAMED
 
 
+def of_reference(config: pytest.Config, file: Path) -> bool:
+    """Whether a test that asks for no firmware, in a file of hil/, is not of what was named."""
+    named = any(given(config, name) for name in FIRMWARE)
+    return named and file.is_relative_to(HERE / "hil")
+
+
 def subject_for(wanted: HilConfig, role: str) -> "Subject":
     """Return what is on trial: what was named, or the reference.
 

@@ -57,8 +57,7 @@ def test_what_is_tried_of_the_reference_says_nothing_of_another_firmware(tmp_pat
     assert ended.returncode == 0, ended.stdout
     assert "9 tests are of the reference firmware alone" in ended.stdout, ended.stdout
     rows = {row["id"]: row for row in json.loads(report.read_text())["requirements"]}
-    assert (rows["TABLE"]["verdict"], rows["IMAGES"]["verdict"]) == ("PASS", "UNPROVEN")
-    assert rows["IMAGES"]["tests"] == []
+    assert {name: row["verdict"] for name, row in rows.items()} == {"TABLE": "PASS"}
     ended = inside(tmp_path, *words, f"--hil-report={report}")
     rows = {row["id"]: row for row in json.loads(report.read_text())["requirements"]}
     assert (rows["TABLE"]["verdict"], rows["IMAGES"]["verdict"]) == ("PASS", "PASS")

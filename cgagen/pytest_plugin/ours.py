@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +60,17 @@ def reference_folder(role: str) -> Path:
 def errors() -> Any:
     """Return the tree of errors; it needs nothing else of ours, whatever lies in a project."""
     return importlib.import_module("cgagen.errors")
+
+
+def make_folders(words: Iterable[str]) -> None:
+    """Make what ends in a slash, for who writes into folders only where they are.
+
+    Raises:
+        StorageError: one cannot be made.
+    """
+    for word in words:
+        if word.endswith("/"):
+            load("cgagen.files").make_folder(Path(word))
 
 
 def subjects_of(named: bool) -> tuple[str, ...]:

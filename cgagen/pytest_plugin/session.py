@@ -19,6 +19,7 @@ from cgagen.pytest_plugin.ours import (
     ROLES,
     errors,
     load,
+    make_folders,
     reason_of,
     reference_folder,
     subject_for,
@@ -107,19 +108,18 @@ class HilSession:
             pytest.UsageError: a sentence that says what and where.
         """
         asked, report = self.asked, load("hil.report")
-        outputs = load("cgagen.outputs")
         read = [*asked.traces, *asked.kills, asked.genome, asked.robot, asked.requirements]
         try:
+            make_folders(given(self.config, "report"))
             files = report.report_files(asked.reports)
             if asked.coverage is not None:
                 files += load("hil.coverage_files").coverage_files(asked.coverage)
-            outputs.check_outputs(
+            load("cgagen.outputs").check_outputs(
                 [(path, kind) for path, kind in files if path.parent.is_dir()],
                 [Path(one) for one in read if one is not None],
                 asked.force,
             )
-            for path in self.asked.kills:
-                report.read_kills(path)
+            list(map(report.read_kills, asked.kills))  # read again for the report
             load("hil.requirements").read_requirements(self.asked.requirements)
         except errors().CgagenError as error:
             raise pytest.UsageError(str(error)) from error

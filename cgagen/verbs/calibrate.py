@@ -9,6 +9,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.named_file import GenomeType
+from cgagen.verbs.written import OUTPUT, check, in_folder
 
 if TYPE_CHECKING:
     from cgagen.calibrate import Calibration, Effect
@@ -23,7 +24,7 @@ TYPED = "-"
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=OUTPUT,
     metavar="FILE",
     help="The robot file to write. Default: none, only say what would be in it.",
 )
@@ -65,11 +66,13 @@ def calibrate_verb(
     inverse, repeats far from the others, and sensors that differ are pointed out.
     """
     from cgagen.calibrate import calibrate, read_measurements
+    from cgagen.firmware.columns import plain
     from cgagen.robot import load_arena, load_robot
 
     if not date.isprintable():
         raise click.UsageError("--date: one line of text is wanted")
     body, field = load_robot(robot), load_arena(arena)
+    output = in_folder(output, f"{plain(body.name)}.toml") if output is not None else None
     _check_output(output, [*tables, robot, arena, opponent, genome], force)
     texts = {("typed" if name == TYPED else name): _text_of(name) for name in tables}
     found = calibrate(body, robot, read_measurements(body, texts), field.units_per_in, date)
@@ -94,7 +97,6 @@ def _text_of(name: str) -> str:
 def _check_output(output: Path | None, inputs: Iterable[Path | str | None], force: bool) -> None:
     """Refuse to write over any robot: it may have taken weeks."""
     from cgagen.outputs import never
-    from cgagen.verbs.written import check
 
     if output is not None:
         read = [Path(name) for name in inputs if name not in (None, TYPED)]

@@ -8,6 +8,7 @@ import click
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.environment import TOOLCHAIN
 from cgagen.verbs.named_file import source_at
+from cgagen.verbs.written import OUTPUT, check, in_folder
 
 if TYPE_CHECKING:
     from cgagen.stamp.compiled import Compiled
@@ -18,14 +19,14 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=OUTPUT,
     metavar="FILE.bin",
     help="Write the 2,048 bytes of the EEPROM image here.",
 )
 @click.option(
     "--map",
     "map_file",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=OUTPUT,
     metavar="FILE",
     help="Write the source map here: line, column and first bit of every statement.",
 )
@@ -42,9 +43,10 @@ def compile_verb(
     from cgagen.memory import report
     from cgagen.tokenizer import Tokenizer
     from cgagen.tokenizer.files import IMAGE, SOURCE_MAP, read_source, write_image, write_map
-    from cgagen.verbs.written import check
 
     file = source_at(file)
+    output = in_folder(output, f"{file.stem}.bin") if output is not None else None
+    map_file = in_folder(map_file, f"{file.stem}.map.csv") if map_file is not None else None
     named = ((output, IMAGE), (map_file, SOURCE_MAP))
     check([(path, kind) for path, kind in named if path is not None], [file], force)
     with Tokenizer(warn=console.note) as tokenizer:

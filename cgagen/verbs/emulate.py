@@ -10,6 +10,7 @@ from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.environment import TOOLCHAIN
 from cgagen.verbs.named_file import bench_at
 from cgagen.verbs.words import Words
+from cgagen.verbs.written import OUTPUT, in_folder
 
 _UNITS_NS = {"us": 1_000, "ms": 1_000_000, "s": 1_000_000_000, "min": 60_000_000_000}
 
@@ -30,7 +31,6 @@ class TimeType(click.ParamType[int]):
         return time_ns
 
 
-_FILE = click.Path(path_type=Path, dir_okay=False)
 _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench CHIP=tcp:0."
 
 
@@ -49,9 +49,9 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
     default="capacitor",
     help="With --port: what makes a reset of DTR.  [default: capacitor]",
 )
-@click.option("--vcd", type=_FILE, metavar="FILE", help="Write all wires as a waveform.")
-@click.option("--trace", type=_FILE, metavar="FILE", help="Write every instruction as CSV.")
-@click.option("--coverage", type=_FILE, metavar="FILE", help="Write LCOV, and FILE.txt to read.")
+@click.option("--vcd", type=OUTPUT, metavar="FILE", help="Write all wires as a waveform.")
+@click.option("--trace", type=OUTPUT, metavar="FILE", help="Write every instruction as CSV.")
+@click.option("--coverage", type=OUTPUT, metavar="FILE", help="Write LCOV, and FILE.txt to read.")
 @click.option(
     "--durations",
     is_flag=False,
@@ -81,6 +81,9 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
     and see what DEBUG says. Without FILE it is an erased chip of that --model.
     """
     file = bench_at(file) if file is not None else None
+    for name, suffix in (("vcd", ".vcd"), ("trace", ".csv"), ("coverage", ".info")):
+        if given[name] is not None:
+            given[name] = in_folder(given[name], (file.stem if file else "chip") + suffix)
     if given["ports"]:
         from cgagen.verbs.emulate_serve import serve_ports
 

@@ -11,6 +11,7 @@ import click
 
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.emulate import TimeType
+from cgagen.verbs.written import OUTPUT, check, in_folder
 
 PORT_HELP = (
     "A device, id:SERIAL, a URL of pyserial's, emu:BUILD (emulated), or auto: the only USB adapter."
@@ -19,15 +20,13 @@ PORT_HELP = (
 LONGEST_LINE = 4_096
 """Characters of the chip's without a CR that become an object of JSON all the same. Choice."""
 
-_FILE = click.Path(path_type=Path, dir_okay=False)
-
 
 @click.command("monitor")
 @click.option("--port", default="auto", show_default=True, metavar="PORT", help=PORT_HELP)
 @click.option("--baud", type=click.IntRange(300, 230_400), default=9600, show_default=True)
 @click.option("--raw", is_flag=True, help="Bytes as they come, on a terminal, too.")
 @click.option("--timestamps", is_flag=True, help="Seconds since the start before every line.")
-@click.option("--log", type=_FILE, metavar="FILE", help="Write what comes to a file, too.")
+@click.option("--log", type=OUTPUT, metavar="FILE", help="Write what comes to a file, too.")
 @click.option("--decode", is_flag=True, help="Our firmware's lines in words; --json: as objects.")
 @click.option("--robot", metavar="NAME|FILE", help="With --decode: whose counts they are.")
 @click.option("--input", "text", metavar="TEXT", help="What is typed; - for stdin (default).")
@@ -52,8 +51,8 @@ def monitor_verb(console: Console, /, port: str, **given: Any) -> None:
     given["robot"] = given["robot"] or robot_behind(port)
     if given["log"] is not None:
         from cgagen.outputs import never
-        from cgagen.verbs.written import check
 
+        given["log"] = in_folder(given["log"], "monitor.log")
         check([(given["log"], never("a log"))], force=given["force"])
     # What an emulated robot says while its port is being opened is lost; so it is switched on then.
     given["reset"] |= port.startswith(EMULATED)

@@ -10,6 +10,7 @@ import click
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.monitor import PORT_HELP
 from cgagen.verbs.words import Verbs, Words
+from cgagen.verbs.written import OUTPUT, in_folder
 from cgagen.words import Movement
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def move_verb(
 @click.option("--distance", type=click.FloatRange(0), metavar="IN", help="Likewise: how far it is.")
 @click.option(
     "--table",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=OUTPUT,
     metavar="FILE",
     help="Add a line for each reading to a table for `cgagen calibrate`.",
 )
@@ -111,6 +112,7 @@ def sensors_verb(console: Console, /, port: str, robot: str | None, **given: Any
     from cgagen.verbs.emulated_port import robot_behind
 
     if given["table"]:
+        given["table"] = in_folder(given["table"], "marks.csv")
         _check_table(given["table"])
     limit = given["readings"] or (TABLE_READINGS if given["table"] else None)
     named = robot or robot_behind(port)

@@ -12,6 +12,7 @@ from cgagen.verbs.simulate import FIGURE_7, PoseType
 from cgagen.verbs.trace_record import SIDES, asked, subject_named
 from cgagen.verbs.words import Verbs, Words
 from cgagen.verbs.world_options import world_options
+from cgagen.verbs.written import OUTPUT, in_folder
 
 if TYPE_CHECKING:
     from cgagen.robot import Robot
@@ -34,7 +35,7 @@ def trace_verb() -> None:
 
 @trace_verb.command("record")
 @click.argument("genome", type=GenomeType(), required=False)
-@click.option("-o", "--output", type=FILE, required=True, help="FILE.log or FILE.csv.")
+@click.option("-o", "--output", type=OUTPUT, required=True, help="FILE.log or FILE.csv.")
 @click.option("--robot", metavar="NAME|FILE", help="The robot. Default: the genome's.")
 @click.option(
     "--build",
@@ -85,6 +86,7 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
     from hil.traces.listening import record_telemetry
     from hil.traces.storage import check_name
 
+    given["output"] = in_folder(given["output"], "trace.log")
     check_name(given["output"])
     left_out, gone = 0, ""
     if given["port"]:
@@ -115,7 +117,7 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
 
 @trace_verb.command("convert")
 @click.argument("source", type=FILE)
-@click.argument("output", type=FILE)
+@click.argument("output", type=OUTPUT)
 @click.option("--robot", metavar="NAME|FILE", help="Whose it is. Default: what FILE.json says.")
 @click.option("--readings-only", is_flag=True, help="Leave the recorded decisions out.")
 @click.option("--force", is_flag=True, help="Write over what is there.")
@@ -132,6 +134,8 @@ def convert_verb(
     from hil.traces import Origin, read_trace, write_trace
     from hil.traces.recording import without_decisions
 
+    suffix = ".log" if source.suffix.lower() == ".csv" else ".csv"
+    output = in_folder(output, source.name.split(".")[0] + suffix)
     body = _robot_of(source, robot)
     trace = read_trace(source, body)
     if trace.origin is None:

@@ -12,6 +12,7 @@ from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.named_file import GenomeType
 from cgagen.verbs.verify_text import data_of, text_of
 from cgagen.verbs.words import Words
+from cgagen.verbs.written import OUTPUT, check, folder_at
 
 if TYPE_CHECKING:
     from hil.outcome import Report
@@ -66,7 +67,7 @@ LEVELS = ("exhaustive", "boundary", "smoke")
 @click.option(
     "--report",
     "reports",
-    type=click.Path(path_type=Path),
+    type=OUTPUT,
     multiple=True,
     metavar="FILE",
     help="Write a report: FILE.html is a page, FILE.json data, a folder gets both.",
@@ -117,7 +118,6 @@ def verify_verb(
     """  # noqa: D301  click's sign for lines that stay as they are
     from cgagen.build.record import FILES as BUILD_FILES
     from cgagen.tokenizer import Tokenizer
-    from cgagen.verbs.written import check
     from hil.report import read_kills, report_files, report_of, write_reports
     from hil.stimuli import Level
     from hil.traces import read_trace
@@ -125,6 +125,8 @@ def verify_verb(
 
     read = [one for one in (genome, robot, *traces, *kills) if one is not None]
     read += [build / name for name in BUILD_FILES] if build is not None else []
+    for path in reports:
+        folder_at(path)
     check(report_files(reports), map(Path, read), force)
     matrices = [read_kills(path) for path in kills]
 

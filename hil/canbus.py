@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from cgagen.bench_protocol import Banner, banner_in
 from cgagen.errors import IdentityError, RigError
-from cgagen.link.port import PortLock
+from cgagen.link.lock import PortLock
 from hil.can_session import ANSWER_S, CanSession, Rig
 from hil.frames import Units, decision_of, frames_of
 from hil.guard import beside, is_clear

@@ -9,7 +9,7 @@ from cgagen.errors import IdentityError, RigError, TargetTimeout
 from cgagen.flash import plan_of
 from cgagen.link import bench_hook, prompted
 from cgagen.link.bench_hook import BenchHook
-from cgagen.link.port import PortLock
+from cgagen.link.lock import PortLock
 from cgagen.stamp.image import Image
 from cgagen.stamp.packets import BLOCK_BYTES
 from hil.emulated import robot_bench

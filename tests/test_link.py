@@ -3,7 +3,6 @@
 import errno
 import os
 import pty
-import tempfile
 import termios
 import time
 from pathlib import Path
@@ -15,7 +14,8 @@ from serial.tools.list_ports_common import ListPortInfo
 
 from cgagen.errors import RigError
 from cgagen.link import why
-from cgagen.link.port import PortLock, open_port, reset_by_dtr
+from cgagen.link.lock import PortLock
+from cgagen.link.port import open_port, reset_by_dtr
 from cgagen.link.ports import PortInfo, all_ports, choose_port
 from cgagen.link.prompted import PromptedPort
 from tests.other_program import opened_by_another
@@ -116,29 +116,6 @@ def test_two_sessions_on_one_port(tmp_path: Path) -> None:
     first.release()
     second.take()
     second.release()
-
-
-def test_a_lock_may_be_another_users(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who comes first on a shared machine makes the file; others can read it, and no more."""
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    before = os.umask(0o077)
-    try:
-        first, second = PortLock("/dev/port-of-a-test"), PortLock("/dev/port-of-a-test")
-        first.take()
-    finally:
-        os.umask(before)
-    [file] = tmp_path.iterdir()
-    assert file.stat().st_mode & 0o777 == 0o644
-    first.release()
-    file.chmod(0o444)
-    opened: list[int] = []
-    real = os.open
-    monkeypatch.setattr(
-        os, "open", lambda path, flags, *mode: opened.append(flags) or real(path, flags, *mode)
-    )
-    second.take()
-    second.release()
-    assert opened == [os.O_RDONLY]
 
 
 @pytest.mark.parametrize(

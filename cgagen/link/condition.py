@@ -4,7 +4,7 @@ import os
 from typing import NamedTuple
 
 from cgagen.errors import RigError
-from cgagen.link.port import PortLock
+from cgagen.link.lock import PortLock
 from cgagen.link.ports import PortInfo, all_ports
 from cgagen.link.why import ABSENT, busy, holders, may_open, no_permission
 

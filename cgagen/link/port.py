@@ -1,20 +1,16 @@
 """A serial port: one session at a time, opened as quietly as the system allows."""
 
-import fcntl
-import os
 import socket
-import tempfile
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 
 import serial
 
 from cgagen.bench_protocol import BAUD
 from cgagen.errors import RigError
-from cgagen.files import digest
+from cgagen.link.lock import PortLock
 from cgagen.link.quiet import QuietSerial, claim
 from cgagen.link.steered import SIGN, SteeredPort, has_lines, split_control
 from cgagen.link.why import LINELESS, LOST, busy, holders, why_closed
@@ -31,61 +27,6 @@ ATN_S = 0.05
 
 READER_S = 1.0
 """How long the reader of rfc2217:// may take to see that its port is closed. Choice."""
-
-
-class PortLock:
-    """A lock on a port's name, gone with the process that has it.
-
-    Args:
-        port: device path or URL.
-    """
-
-    def __init__(self, port: str) -> None:
-        self._port = port
-        name, _ = split_control(port)
-        real = os.path.realpath(name) if "://" not in name else name
-        self._path = Path(tempfile.gettempdir()) / f"cgagen-port-{digest(real)[:16]}.lock"
-        self._handle: int | None = None
-
-    def take(self) -> None:
-        """Take it.
-
-        Raises:
-            RigError: another session has it.
-        """
-        try:
-            handle = _lock_file(self._path)
-        except OSError as error:
-            raise RigError(
-                f"{self._port}: its lock {self._path} cannot be opened ({error.strerror}); "
-                "remove that file, or ask whose it is"
-            ) from error
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            os.close(handle)
-            raise RigError(
-                f"{self._port}: another session of cgagen has this port; wait for its end"
-            ) from error
-        self._handle = handle
-
-    def release(self) -> None:
-        """Give it back. Harmless when repeated."""
-        if self._handle is not None:
-            os.close(self._handle)
-            self._handle = None
-
-
-def _lock_file(path: Path) -> int:
-    """Open a lock, by reading alone: it may be that of another user of this machine."""
-    with suppress(FileNotFoundError):
-        return os.open(path, os.O_RDONLY)
-    try:
-        handle = os.open(path, os.O_RDONLY | os.O_CREAT | os.O_EXCL, 0o644)
-    except FileExistsError:
-        return os.open(path, os.O_RDONLY)
-    os.fchmod(handle, 0o644)  # whatever this user's umask is
-    return handle
 
 
 @contextmanager

@@ -8,7 +8,6 @@ are what can be compared between machines. Targets are those of DECISIONS.md 10.
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
@@ -25,6 +24,7 @@ from cgagen.evolve import Settings, first_generation, next_generation
 from cgagen.genome import from_commands
 from cgagen.robot import Robot, load_arena, load_robot
 from cgagen.stamp.image import Image
+from cgagen.temporaries import temporary_folder
 from cgagen.tokenizer import Tokenizer
 from hil.emulated import PinsTarget, robot_bench
 from hil.registers import RegisterTarget
@@ -108,7 +108,7 @@ def _world() -> Iterator[Row]:
 
 
 def _evolution() -> Iterator[Row]:
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         words = ("--generations", "1", "--fixed-starts", "1", "--run", f"{folder}/first")
         first = _seconds("evolve", *words)
         begin = os.times()
@@ -134,7 +134,7 @@ def _genetic_seconds() -> float:
 
 
 def _programs() -> Iterator[Row]:
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         both = _seconds("build", "--robot", "servobot-prey", "-o", f"{folder}/build")
     with Tokenizer() as tokenizer:
         rate = _best_rate(

@@ -12,8 +12,9 @@ from typing import Any
 import click
 
 from cgagen import __version__
+from cgagen.signals import Asked, signals_end
 from cgagen.verbs.console import Console
-from cgagen.verbs.ending import end, flush
+from cgagen.verbs.ending import end, ended, flush, remove_own_temporaries
 from cgagen.verbs.words import Verbs, with_anywhere
 
 VERBS: dict[str, tuple[str, str]] = {
@@ -97,14 +98,18 @@ def main(arguments: list[str] | None = None) -> int:
     0
     """
     words = sys.argv[1:] if arguments is None else arguments
-    try:
-        result = cgagen.main(
-            args=words,
-            prog_name="cgagen",
-            standalone_mode=False,
-            obj=Console.of_process(),
-        )
-        flush()
-        return result if isinstance(result, int) else 0
-    except BaseException as error:
-        return end(error, words)
+    asked = Asked()
+    with signals_end(asked):
+        try:
+            result = cgagen.main(
+                args=words,
+                prog_name="cgagen",
+                standalone_mode=False,
+                obj=Console.of_process(),
+            )
+            flush()
+            return ended(result if isinstance(result, int) else 0, asked)
+        except BaseException as error:
+            return end(error, words, asked)
+        finally:
+            remove_own_temporaries()

@@ -12,6 +12,7 @@ import re
 import secrets
 import shutil
 import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -54,14 +55,17 @@ def temporary_file(folder: Path) -> Iterator[tuple[Path, int]]:
 
 
 @contextmanager
-def temporary_folder(folder: Path) -> Iterator[Path]:
+def temporary_folder(folder: Path | None = None) -> Iterator[Path]:
     """Give a new folder, which is gone at the end with all that is in it unless it was renamed.
+
+    Args:
+        folder: where; None for the system's place, where nobody else gets at it.
 
     Raises:
         OSError: the folder takes no folders.
     """
-    with _made(folder) as path:
-        handle = _new_folder(path)
+    with _made(folder or Path(tempfile.gettempdir())) as path:
+        handle = _new_folder(path, 0o700 if folder is None else 0o777)
         try:
             yield path
         finally:
@@ -116,10 +120,10 @@ def _new_file(path: Path) -> int:
     raise _hunted(path)
 
 
-def _new_folder(path: Path) -> int:
+def _new_folder(path: Path, mode: int) -> int:
     """Create a folder and lock it, likewise."""
     for _ in range(_TRIES):
-        path.mkdir()
+        path.mkdir(mode)
         with suppress(FileNotFoundError):
             handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
             if _locked(handle):

@@ -5,10 +5,8 @@ The predator's main controller becomes `predator_main`, its P4 `predator_main.P4
 own robot's bursts alone unless `share_air` is called.
 """
 
-import tempfile
 import tomllib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import tomli_w
@@ -18,6 +16,7 @@ from cgagen.emulator.bench import Bench
 from cgagen.emulator.bench_file import parse_bench
 from cgagen.emulator.parts.air import Air
 from cgagen.emulator.parts.sonar import Sonar
+from cgagen.temporaries import temporary_folder
 from hil.benches import show
 from hil.forced import LATE_NS
 from hil.subject import CHIPS, Subject
@@ -68,12 +67,12 @@ def colony_bench(subjects: Mapping[str, Subject], texts: Mapping[str, str] | Non
         BenchError: a bench that cannot be.
     """
     texts = texts or {word: bench_text(subject.robot) for word, subject in subjects.items()}
-    with tempfile.TemporaryDirectory(prefix="cgagen-") as folder:
+    with temporary_folder() as folder:
         for word, subject in subjects.items():
             for name in CHIPS:
-                file = Path(folder) / f"{word}_{name}.bin"
+                file = folder / f"{word}_{name}.bin"
                 file.write_bytes(subject.images[name].eeprom)
-        bench = parse_bench(colony_text(texts), "bench.toml", Path(folder))
+        bench = parse_bench(colony_text(texts), "bench.toml", folder)
     images = {
         f"{word}_{name}": subject.images[name]
         for word, subject in subjects.items()

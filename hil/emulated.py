@@ -4,10 +4,8 @@ The main controller hunts: every count reaches it as a pulse, a contact or an RC
 and its command is read from the wires when it says GO. `hil.registers` is the fast way.
 """
 
-import tempfile
 from collections.abc import Sequence
 from itertools import count
-from pathlib import Path
 
 from cgagen.build.bench import bench_text
 from cgagen.closing import Closing
@@ -24,6 +22,7 @@ from cgagen.errors import (
 )
 from cgagen.robot import Robot
 from cgagen.stamp.image import Image
+from cgagen.temporaries import temporary_folder
 from hil.benches import show
 from hil.forced import ForcedSensors
 from hil.roster import check_reading, check_senses
@@ -55,10 +54,10 @@ LEAD_NS = 1_000_000
 
 def robot_bench(robot: Robot, images: dict[str, Image]) -> Bench:
     """Return the bench of a robot with these images in its chips."""
-    with tempfile.TemporaryDirectory(prefix="cgagen-") as folder:
+    with temporary_folder() as folder:
         for name in CHIPS:
-            (Path(folder) / f"{name}.bin").write_bytes(images[name].eeprom)
-        return show(parse_bench(bench_text(robot), "bench.toml", Path(folder)), images)
+            (folder / f"{name}.bin").write_bytes(images[name].eeprom)
+        return show(parse_bench(bench_text(robot), "bench.toml", folder), images)
 
 
 def stopped(where: str, error: CgagenError) -> RigError:

@@ -10,6 +10,7 @@ import errno
 import io
 import os
 import re
+import signal
 import sys
 import tempfile
 import traceback
@@ -21,13 +22,14 @@ import click
 from cgagen import __version__
 from cgagen.errors import CgagenError, StorageError, ToolchainError
 from cgagen.shown import LONGEST_MESSAGE, printable, sentence, short
+from cgagen.signals import Asked
 
 POSIX_MODULES = frozenset({"fcntl", "grp", "pty", "termios", "tty"})
 """Of Python's own, which Windows does not have."""
 
 POSIX = "Linux or macOS; on Windows, run cgagen in the Windows Subsystem for Linux"
 
-STOPPED, PIPE_CLOSED, BUG = 130, 141, 1
+PIPE_CLOSED, BUG = 141, 1
 
 REFUSALS = frozenset(
     getattr(errno, name)
@@ -40,17 +42,31 @@ REFUSALS = frozenset(
 """What a system refuses to anybody; other numbers say that we have called it wrongly."""
 
 
-def end(error: BaseException, words: Iterable[str]) -> int:
+def ended(code: int, asked: Asked) -> int:
+    """Return the exit code of a verb that has come to its end.
+
+    Some take Ctrl-C for their end and count it as one; other signals are told in any case.
+
+    Args:
+        code: of the verb.
+        asked: what has asked for the end meanwhile.
+    """
+    return code if asked.number in (None, signal.SIGINT) else asked.exit_code
+
+
+def end(error: BaseException, words: Iterable[str], asked: Asked | None = None) -> int:
     """Say why a call has ended, and return its exit code.
 
     Args:
         error: what ended it.
         words: of the command line.
+        asked: what has asked for the end meanwhile.
     """
+    asked = asked or Asked()
     if isinstance(error, click.Abort) and isinstance(error.__cause__, EOFError):
         error = error.__cause__  # what read a file to its end is no user at a keyboard
     if isinstance(error, click.exceptions.Exit):
-        return error.exit_code
+        return ended(error.exit_code, asked)
     if isinstance(error, click.ClickException):
         told = io.StringIO()
         error.show(told)
@@ -59,9 +75,10 @@ def end(error: BaseException, words: Iterable[str]) -> int:
     if isinstance(error, CgagenError):
         _say(f"cgagen: {error}")
         return error.exit_code
-    if isinstance(error, KeyboardInterrupt | click.Abort):
-        _say("cgagen: stopped by Ctrl-C; nothing half-written was left behind")
-        return STOPPED
+    # Where a signal comes in the middle of an import, anything may be made of it.
+    if isinstance(error, KeyboardInterrupt | click.Abort) or asked.number is not None:
+        _say(f"cgagen: stopped by {asked.name}; nothing half-written was left behind")
+        return asked.exit_code
     if isinstance(error, BrokenPipeError | SystemExit):  # the latter is click's of the former
         _let_go()
         return PIPE_CLOSED
@@ -122,6 +139,13 @@ def _kept(text: str) -> Path | None:
             continue
         return Path(name)
     return None
+
+
+def remove_own_temporaries() -> None:
+    """Remove what a signal at a bad moment has kept from being removed."""
+    temporaries = sys.modules.get("cgagen.temporaries")  # not there, nothing made
+    if temporaries is not None:
+        temporaries.remove_own()
 
 
 def flush() -> None:

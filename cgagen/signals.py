@@ -1,0 +1,75 @@
+"""Signals that ask for the end: every one of them is a Ctrl-C, and the exit code says which."""
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+ASKING: tuple[int, ...] = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+TWICE_S = 0.5
+"""Signals so close are one wish: `timeout` sends its own to a process and to its group. Choice."""
+
+BY_SHELL = 128
+"""What a shell adds to a signal's number. Ref: POSIX, 2.8.2."""
+
+
+class Asked:
+    """Which signal has asked for the end.
+
+    Attributes:
+        number: of the first; None where none has.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self._last_s = float("-inf")
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Be the handler: end what is under way, as Ctrl-C does.
+
+        Raises:
+            KeyboardInterrupt: unless this is the same wish again.
+        """
+        self.number = self.number or number
+        before_s, self._last_s = self._last_s, time.monotonic()
+        if self._last_s - before_s > TWICE_S:
+            raise KeyboardInterrupt
+
+    @property
+    def name(self) -> str:
+        """What a user calls it."""
+        if self.number in (None, signal.SIGINT):
+            return "Ctrl-C"
+        return signal.Signals(self.number or 0).name
+
+    @property
+    def exit_code(self) -> int:
+        """What a shell makes of it; of Ctrl-C where no signal has asked."""
+        return BY_SHELL + (self.number or signal.SIGINT)
+
+
+@contextmanager
+def signals_end(asked: Asked) -> Iterator[None]:
+    """Take the signals that ask for the end, but those that whoever began us has switched off.
+
+    Outside the main thread, where Python has no signals, nothing is changed.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    found = {number: signal.getsignal(number) for number in ASKING}
+    ours = {
+        number: handler
+        for number, handler in found.items()
+        if handler in (signal.SIG_DFL, signal.default_int_handler)
+    }
+    try:
+        for number in ours:
+            signal.signal(number, asked)
+        yield
+    finally:
+        for number, handler in ours.items():
+            signal.signal(number, handler)

@@ -16,6 +16,35 @@ BY_SHELL = 128
 """What a shell adds to a signal's number. Ref: POSIX, 2.8.2."""
 
 
+class _Hold:
+    """Whether the main thread is at something that must not be torn apart."""
+
+    depth = 0
+    pending = False
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Put a signal off that comes in the block: what is made in it is made, and known, or not.
+
+    For short blocks, in which nothing is waited for.
+
+    Raises:
+        KeyboardInterrupt: behind the block, where one came.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    _Hold.depth += 1
+    try:
+        yield
+    finally:
+        _Hold.depth -= 1
+        if not _Hold.depth and _Hold.pending:
+            _Hold.pending = False
+            raise KeyboardInterrupt
+
+
 class Asked:
     """Which signal has asked for the end.
 
@@ -31,12 +60,14 @@ class Asked:
         """Be the handler: end what is under way, as Ctrl-C does.
 
         Raises:
-            KeyboardInterrupt: unless this is the same wish again.
+            KeyboardInterrupt: unless this is the same wish again, or is to be put off.
         """
         self.number = self.number or number
         before_s, self._last_s = self._last_s, time.monotonic()
         if self._last_s - before_s > TWICE_S:
-            raise KeyboardInterrupt
+            if not _Hold.depth:
+                raise KeyboardInterrupt
+            _Hold.pending = True
 
     @property
     def name(self) -> str:

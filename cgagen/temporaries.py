@@ -17,6 +17,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from cgagen.signals import held
+
 PREFIX, SUFFIX = ".cgagen-", ".tmp"
 _NAME = re.compile(r"\.cgagen-[0-9a-f]{8}\.tmp")
 
@@ -47,7 +49,8 @@ def temporary_file(folder: Path) -> Iterator[tuple[Path, int]]:
         OSError: the folder takes no files.
     """
     with _made(folder) as path:
-        handle = _new_file(path)
+        with held():
+            handle = _new_file(path)
         try:
             yield path, handle
         finally:
@@ -65,7 +68,8 @@ def temporary_folder(folder: Path | None = None) -> Iterator[Path]:
         OSError: the folder takes no folders.
     """
     with _made(folder or Path(tempfile.gettempdir())) as path:
-        handle = _new_folder(path, 0o700 if folder is None else 0o777)
+        with held():
+            handle = _new_folder(path, 0o700 if folder is None else 0o777)
         try:
             yield path
         finally:

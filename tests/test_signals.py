@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cgagen.signals import Asked, signals_end
+from cgagen.signals import Asked, held, signals_end
 from cgagen.temporaries import is_temporary
 
 FIRMWARE = Path(__file__).parent.parent / "firmware"
@@ -120,3 +120,22 @@ def test_handlers_are_put_back() -> None:
     assert asked.number == signal.SIGTERM
     after = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     assert after == before
+
+
+def test_what_is_held_is_put_off_and_not_lost() -> None:
+    done = []
+
+    def work() -> None:
+        with held():
+            with held():
+                os.kill(os.getpid(), signal.SIGTERM)
+                time.sleep(0.01)
+            done.append("all of it")
+
+    with signals_end(Asked()):
+        with pytest.raises(KeyboardInterrupt):
+            work()
+        assert done
+        with held():
+            done.append("and the next is as ever")
+    assert len(done) == 2

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from cgagen.errors import ToolchainError
+from cgagen.signals import held
 from cgagen.toolchain import TOKENIZER_SHA256, find_node, find_tokenizer
 from cgagen.toolchain.node import clean_environment
 
@@ -39,33 +40,35 @@ class Worker:
         self._owner = os.getpid()
         self._questions = 0
         self._rest = b""
+        words, environment = command or _command(), clean_environment()
         # stderr goes to a file, so that a chatty Node can neither block nor disturb the terminal.
         with _scratch() as errors:
             try:
-                self._process = subprocess.Popen(
-                    command or _command(),
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    stderr=errors,
-                    env=clean_environment(),
-                    bufsize=0,
-                    process_group=0,  # Ctrl-C is for us; the worker ends with its stdin
-                )
+                with held():  # a process that has begun is known, and so is ended
+                    self._process = subprocess.Popen(
+                        words,
+                        stdin=subprocess.PIPE,
+                        stdout=subprocess.PIPE,
+                        stderr=errors,
+                        env=environment,
+                        bufsize=0,
+                        process_group=0,  # Ctrl-C is for us; the worker ends with its stdin
+                    )
+                    _alive.add(self)
+                    self._end = weakref.finalize(self, _end, self._process, self._owner)
             except OSError as error:
                 raise ToolchainError(
                     f"the tokenizer's process does not start ({error.strerror}); "
                     "run `cgagen doctor`"
                 ) from error
-            _alive.add(self)
-            self._end = weakref.finalize(self, _end, self._process, self._owner)
             try:
                 self._greet(start_limit_s)
             except (WorkerDiedError, WorkerStuckError) as error:
                 self.kill()
                 errors.seek(0)
-                words = errors.read(2000).decode("utf-8", "replace").strip().splitlines()
+                told = errors.read(2000).decode("utf-8", "replace").strip().splitlines()
                 raise ToolchainError(
-                    f"the tokenizer's process did not start ({_cause(error, words)}); "
+                    f"the tokenizer's process did not start ({_cause(error, told)}); "
                     "run `cgagen doctor`"
                 ) from error
             except BaseException:

@@ -10,6 +10,8 @@ from cgagen.emulator.parts.sonar_faults import LateEcho, NoEcho, StuckEcho
 from cgagen.emulator.parts.srf04 import Srf04
 from cgagen.emulator.wires import Wire
 from cgagen.errors import ContentionError
+from cgagen.tokenizer import Tokenizer
+from tests.chip_programs import SECOND_NS, chip_of
 
 US = 1_000
 MS = 1_000_000
@@ -233,3 +235,24 @@ def test_two_faults_of_one_sonar_add_up() -> None:
     bench.clock.run_until(200 * MS)
     assert bench.echo() is None
     assert later.fired == 1
+
+
+@pytest.mark.parametrize(("model", "grounded", "seen"), [
+    ("BS2", False, {0, 1, 2, 4, 8}),  # the shortest tokens
+    ("BS2", True, set(range(15))),
+    ("BS2p", False, set(range(15))),
+])  # fmt: skip
+def test_a_slow_chip_sees_an_srf04_on_low_pins_or_with_its_mode_pin_grounded(
+    model: str, grounded: bool, seen: set[int], tokenizer: Tokenizer
+) -> None:
+    """S8 p. 6: a Stamp takes longer to look at higher pins, and misses the echo there."""
+    found = set()
+    for pin in range(15):
+        source = f"w VAR Word\nLOW 15\nPULSOUT 15, 13\nPULSIN {pin}, 1, w\nSTOP"
+        chip = chip_of(tokenizer, source, model=model)
+        trigger, echo = chip.pins.wires[15], chip.pins.wires[pin]
+        Srf04("srf", chip.clock, trigger, echo, mode_grounded=grounded).see(10)
+        chip.run(SECOND_NS)
+        assert chip.ended == "STOP"
+        found |= {pin} if chip.registers["W0"] else set()
+    assert found == seen

@@ -6,18 +6,24 @@ import re
 import pytest
 
 from cgagen.bench_protocol import (
+    FRAME_LIMIT_MS,
+    LOCOMOTION_SLICE_MS,
+    REQUEST_BYTES,
     parse_banner,
 )
 from cgagen.errors import GenomeError, RobotError
 from cgagen.firmware import generate, source_digest
 from cgagen.firmware.timing import (
+    CHARACTER_MS,
     DUMP_CODE_MS,
     FRAME_CODE_MS,
     LISTEN_CODE_MS,
     POSE_CODE_MS,
     frame_times,
 )
-from cgagen.robot.reader import parse_robot
+from cgagen.robot.reader import LEAST_GAP_MS, parse_robot
+from cgagen.robot.values import SONARS
+from cgagen.words import Role
 from tests.firmware_cases import (
     CASES,
     GENOME,
@@ -153,6 +159,17 @@ def test_a_movement_shorter_than_go_is_refused() -> None:
     text = changed(PREY, ("hold_frames = 32", "hold_frames = 3"))
     with pytest.raises(RobotError, match=r"movement.WAIT\] hold_frames: .* at least 13 frames"):
         generate(parse_robot(text, "hasty.toml"))
+
+
+@pytest.mark.parametrize("role", list(Role))
+def test_no_decision_is_made_within_one_frame_of_the_legs(role: Role) -> None:
+    """Or a GO comes before the locomotion controller has seen that its line is up, and is missed.
+
+    A reading of echoes that all come at once took 22.5 ms with rests of 5 ms, a frame some 25.
+    """
+    quickest_ms = (len(SONARS[role]) - 1) * LEAST_GAP_MS
+    others_ms = LISTEN_CODE_MS + LOCOMOTION_SLICE_MS + (1 + REQUEST_BYTES) * CHARACTER_MS
+    assert quickest_ms > FRAME_LIMIT_MS - others_ms  # the longest frame that `check_timing` allows
 
 
 def test_a_robot_with_any_name_gets_a_banner() -> None:

@@ -82,7 +82,8 @@ REFUSALS: list[tuple[str, Content, Change, list[str]]] = [
     ("empty name", PREDATOR, put("name", to=""), ["name", "a text"]),
     ("policy of two lines", PREY, put("reflex", "policies", "a\nb", to={}),
      ["[reflex.policies.a\\nb] alarm_in: missing"]),
-    ("key of two lines", PREY, put("ma\x1bin\n", to=1), ["ma\\x1bin\\n: no such key", "mean main?"]),
+    ("key of two lines", PREY, put("ma\x1bin\n", to=1),
+     ["ma\\x1bin\\n: no such key", "mean main?"]),
     ("slow sound", PREDATOR, put("echo", "us_per_in", to=7.3746), ["us_per_in", "60 to 90"]),
     # sensors
     ("missing sonar", PREDATOR, drop("sonar", 2), ["sonar", "'left' is missing"]),

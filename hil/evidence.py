@@ -14,6 +14,7 @@ from cgagen.emulator.coverage_report import (
     cover_source,
 )
 from cgagen.errors import SourceError
+from cgagen.genome import origin_text
 from cgagen.words import GENES, Role, situation_name, situations_of
 from hil.benches import Counted
 from hil.boundaries import STEPS, boundaries, steps_of
@@ -106,6 +107,7 @@ class Evidence:
             "where": subject.where,
             "robot": robot.digest,
             "genome": subject.genome.digest if subject.genome else None,
+            "origin": origin_text(subject.genome) if subject.genome else "",
             "images": {name: image.digest for name, image in subject.images.items()},
             "trials": self._trials,
             "smallest": self._smallest,

@@ -47,6 +47,16 @@ def checked_images(folder: Path) -> dict[str, Image]:
     return images
 
 
+def changed_files(folder: Path, record: Mapping[str, Any]) -> list[str]:
+    """Return the names of files that are missing, or are not those that build.json speaks of."""
+    names = record.get("files", {})
+    return [
+        name
+        for name, wanted in sorted(names.items())
+        if not (folder / name).is_file() or digest(read_bytes(folder / name, BUILD_FILE)) != wanted
+    ]
+
+
 def _check_files(folder: Path, record: Mapping[str, Any]) -> None:
     for name in (*(record["programs"][chip]["source"] for chip in CHIPS), ROBOT_FILE):
         if digest(read_bytes(folder / name, BUILD_FILE)) != record["files"][name]:

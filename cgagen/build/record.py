@@ -74,7 +74,14 @@ def record_of(
             "digest": robot.digest,
             "interface": robot.interface,
         },
-        "genome": {"digest": genome.digest, "robot": genome.robot} if genome else None,
+        "genome": {
+            "digest": genome.digest,
+            "robot": genome.robot,
+            "origin": str(genome.standing),
+            "edited_from": genome.evolved.edited_from,
+        }
+        if genome
+        else None,
         "programs": {
             program.chip: {
                 "source": program.file,

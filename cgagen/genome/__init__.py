@@ -9,10 +9,12 @@ from cgagen.genome.value import (
     PAPER_ROBOT,
     Genome,
     Origin,
+    Standing,
     check_interface,
     from_array,
     from_commands,
     movement_table,
+    origin_text,
 )
 
 __all__ = [
@@ -20,11 +22,13 @@ __all__ = [
     "PAPER_ROBOT",
     "Genome",
     "Origin",
+    "Standing",
     "check_interface",
     "from_array",
     "from_commands",
     "load",
     "movement_table",
+    "origin_text",
     "parse",
     "to_text",
 ]

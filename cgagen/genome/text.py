@@ -49,17 +49,23 @@ def parse(text: str, name: str) -> Genome:
 
 
 def to_text(genome: Genome) -> str:
-    """Return the text of a genome file: the same genome gives the same bytes."""
+    """Return the text of a genome file: the same genome gives the same bytes.
+
+    Of bits that were edited since, no more is said than what they were edited from.
+    """
     head: dict[str, Any] = {"format": FORMAT, "robot": genome.robot}
     if genome.interface is not None:
         head["interface"] = genome.interface
+    of = genome.evolved
     fields = {
-        "seed": genome.origin.seed,
-        "trial": genome.origin.trial,
-        "generation": genome.origin.generation,
-        "fitness": genome.origin.fitness,
-        "robot_digest": genome.origin.robot_digest,
-        "versions": dict(genome.origin.versions) or None,
+        "seed": of.seed,
+        "trial": of.trial,
+        "generation": of.generation,
+        "fitness": of.fitness,
+        "robot_digest": of.robot_digest,
+        "digest": of.digest,
+        "edited_from": of.edited_from,
+        "versions": dict(of.versions) or None,
     }
     origin = {key: value for key, value in fields.items() if value is not None}
     row = GENOME_BITS // len(Situation)
@@ -103,7 +109,8 @@ def _from_toml(data: Mapping[str, Any], name: str) -> Genome:
 def _origin_of(table: Mapping[str, Any], name: str) -> Origin:
     """Return the [origin] of a file, or the sentence that says what is wrong with it."""
     known = {"seed": 0, "trial": 1, "generation": 1}
-    _check_keys(table, {*known, "fitness", "robot_digest", "versions"}, name, "[origin] ")
+    digests = ("robot_digest", "digest", "edited_from")
+    _check_keys(table, {*known, *digests, "fitness", "versions"}, name, "[origin] ")
     for key, least in known.items():
         value = table.get(key, least)
         if type(value) is not int or value < least:
@@ -116,10 +123,10 @@ def _origin_of(table: Mapping[str, Any], name: str) -> Origin:
             f"{name}: [origin] fitness is {shown(fitness)}, it must be a finite number"
         )
     versions = table.get("versions", {})
-    texts = [table.get("robot_digest", "")]
+    texts = [table.get(key, "") for key in digests]
     texts += list(versions.values()) if isinstance(versions, dict) else [None]
     if not all(isinstance(text, str) for text in texts):
-        raise GenomeError(f"{name}: [origin] robot_digest and versions must hold texts")
+        raise GenomeError(f"{name}: [origin] digests and versions must hold texts")
     return Origin(
         seed=table.get("seed"),
         trial=table.get("trial"),
@@ -127,6 +134,8 @@ def _origin_of(table: Mapping[str, Any], name: str) -> Origin:
         fitness=float(fitness) if "fitness" in table else None,
         robot_digest=table.get("robot_digest"),
         versions=tuple(sorted(versions.items())),
+        digest=table.get("digest"),
+        edited_from=table.get("edited_from"),
     )
 
 

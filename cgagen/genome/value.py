@@ -1,7 +1,9 @@
 """The genome as a value, and whether it fits a robot."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +36,8 @@ class Origin:
         fitness: mean step score on the fixed starts, arena units.
         robot_digest: SHA-256 of the robot that it was evolved on.
         versions: (program, version) pairs, sorted by program.
+        digest: of the genome that all of this is said of; see `Genome.digest`.
+        edited_from: digest of a genome that was evolved, where this one is a change of it.
     """
 
     seed: int | None = None
@@ -42,6 +46,21 @@ class Origin:
     fitness: float | None = None
     robot_digest: str | None = None
     versions: tuple[tuple[str, str], ...] = ()
+    digest: str | None = None
+    edited_from: str | None = None
+
+
+class Standing(StrEnum):
+    """What the origin in a genome's file is worth."""
+
+    ATTESTED = "attested"
+    """It carries the digest of these very bits."""
+    UNATTESTED = "unattested"
+    """It carries none: from an older version, or written by hand."""
+    EDITED = "edited since"
+    """It was said of other bits: none of it holds for these."""
+    NONE = "none"
+    """Nothing is said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +91,32 @@ class Genome:
     def digest(self) -> str:
         """SHA-256 of the 192 characters, as 64 hexadecimal digits."""
         return files.digest(self.bits)
+
+    @property
+    def standing(self) -> Standing:
+        """What the origin is worth."""
+        origin = self.origin
+        if origin.edited_from is not None or origin.digest not in (None, self.digest):
+            return Standing.EDITED
+        if origin.digest is not None:
+            return Standing.ATTESTED
+        return Standing.NONE if origin == Origin() else Standing.UNATTESTED
+
+    @property
+    def evolved(self) -> Origin:
+        """What of the origin holds for these bits: after an edit only what they were edited from.
+
+        >>> changed = Genome("1" * 192, origin=Origin(fitness=700.0, digest="ab"))
+        >>> changed.evolved.fitness, changed.evolved.edited_from
+        (None, 'ab')
+        """
+        if self.standing is not Standing.EDITED:
+            return self.origin
+        return Origin(edited_from=self.origin.edited_from or self.origin.digest)
+
+    def attested(self) -> Self:
+        """Return the same with the digest of its bits in its origin; for whoever evolved it."""
+        return replace(self, origin=replace(self.origin, digest=self.digest))
 
     def commands(self) -> tuple[int, ...]:
         """Return the 64 commands, 0 to 7, by state.
@@ -149,6 +194,34 @@ def movement_table(genome: Genome) -> list[str]:
     return lines
 
 
+def origin_text(genome: Genome) -> str:
+    """Return where a genome comes from, in words, and what that is worth; "" where nothing is said.
+
+    >>> origin_text(Genome("1" * 192, origin=Origin(seed=7, fitness=700.0)))
+    'seed 7, fitness 700.0; unattested: the file does not say of which bits'
+    >>> origin_text(Genome("1" * 192, origin=Origin(fitness=700.0, digest="8e241ca1ff")))
+    'edited since it was evolved as 8e241ca1; what was said of that is not said of these bits'
+    """
+    origin = genome.evolved
+    if genome.standing is Standing.EDITED:
+        return (
+            f"edited since it was evolved as {(origin.edited_from or '')[:8]}; what was said of "
+            "that is not said of these bits"
+        )
+    words = [
+        f"{name} {value}"
+        for name, value in (
+            ("seed", origin.seed),
+            ("trial", origin.trial),
+            ("generation", origin.generation),
+        )
+        if value is not None
+    ]
+    words += [] if origin.fitness is None else [f"fitness {origin.fitness:.1f}"]
+    loose = genome.standing is Standing.UNATTESTED and words
+    return ", ".join(words) + ("; unattested: the file does not say of which bits" if loose else "")
+
+
 def check_interface(
     genome: Genome, robot_name: str, interface: str, robot_digest: str | None = None
 ) -> str | None:
@@ -180,7 +253,7 @@ def check_interface(
         )
     if genome.robot != robot_name:
         return f"the genome was evolved on {genome.robot} and is used on {robot_name}"
-    evolved_on = genome.origin.robot_digest
+    evolved_on = genome.evolved.robot_digest
     if robot_digest is not None and evolved_on is not None and evolved_on != robot_digest:
         return f"{robot_name} has changed since the genome was evolved on it"
     return None

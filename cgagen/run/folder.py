@@ -193,7 +193,7 @@ def best_genome(record: RunRecord, trial: int, best: Best) -> Genome:
             robot_digest=record.inputs.robot_digest,
             versions=tuple(pair for pair in record.versions if pair[0] == "cgagen"),
         ),
-    )
+    ).attested()
 
 
 def _names(folder: Path) -> list[str]:

@@ -11,6 +11,7 @@ from cgagen.verbs.named_file import GenomeType
 
 if TYPE_CHECKING:
     from cgagen.build import Build
+    from cgagen.genome import Genome
 
 
 @click.command("build")
@@ -57,7 +58,7 @@ def build_verb(
     """
     from cgagen.build import make_build, write_build
     from cgagen.firmware.columns import plain
-    from cgagen.genome import load
+    from cgagen.genome import Standing, load, origin_text
     from cgagen.robot import load_robot
     from cgagen.tokenizer import Tokenizer
     from cgagen.verbs.robot_choice import robot_of
@@ -68,6 +69,8 @@ def build_verb(
     body = robot_of(console, table, genome, robot) if table and genome else load_robot(robot or "")
     with Tokenizer(warn=console.note) as tokenizer:
         build = make_build(body, table, tokenizer, templates)
+    if table and table.standing is Standing.EDITED:
+        console.note(f"note: {genome}: {origin_text(table)}")
     folder = output or Path("build") / plain(body.name)
     files = build.files()
     write_build(folder, files, force)
@@ -96,10 +99,18 @@ def _text(folder: Path, build: "Build") -> str:
         lines.append(row.format(*cells, memory.gosub_depth, source, built.image.digest[:8]))
     lines += [
         "",
-        f"genome: {build.genome.digest}" if build.genome else "genome: none, it acts by reflex",
+        _genome_text(build.genome) if build.genome else "genome: none, it acts by reflex",
         f"robot:  {build.robot.digest}",
     ]
     return "\n".join(lines)
+
+
+def _genome_text(genome: "Genome") -> str:
+    """Return a genome's digest, and whether its origin is that of other bits."""
+    from cgagen.genome import Standing, origin_text
+
+    edited = f" ({origin_text(genome)})" if genome.standing is Standing.EDITED else ""
+    return f"genome: {genome.digest}{edited}"
 
 
 def _next(folder: Path, build: "Build") -> str:

@@ -117,6 +117,7 @@ def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:
         "kind": "genome",
         "robot": genome.robot,
         "digest": genome.digest,
+        "origin": {"standing": str(genome.standing), **_said(genome)},
         "commands": genome.commands(),
         "visits": visits,
         "visited": sum(count > 0 for count in visits),
@@ -124,6 +125,13 @@ def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:
         "starts": len(starts),
     }
     console.result(data, "\n".join(_genome_lines(file, genome, visits, captured, len(starts))))
+
+
+def _said(genome: "Genome") -> dict[str, Any]:
+    """Return what the file says of these bits, for JSON."""
+    from dataclasses import asdict
+
+    return {key: value for key, value in asdict(genome.evolved).items() if value}
 
 
 def _genome_lines(
@@ -138,13 +146,11 @@ def _genome_lines(
         captured: how many of those starts end in a capture.
         starts: how many there are.
     """
-    origin, met = genome.origin, sum(1 for count in visits if count)
+    from cgagen.genome import Standing, origin_text
+
+    met = sum(1 for count in visits if count)
     facts = [f"{file.name}: a genome for {genome.robot}, digest {genome.digest[:8]}"]
-    if origin.generation is not None and origin.fitness is not None:
-        facts.append(
-            f"seed {origin.seed}, trial {origin.trial}, generation {origin.generation}, "
-            f"fitness {origin.fitness:.1f}"
-        )
+    facts += [origin_text(genome)] if genome.standing is not Standing.NONE else []
     return [
         *facts,
         "",
@@ -194,6 +200,7 @@ def _never_met(visits: list[int]) -> list[str]:
 
 
 def _run(console: Console, folder: Path) -> None:
+    from cgagen.genome import Standing, load, origin_text
     from cgagen.run import read_record
 
     settings = read_record(folder).settings
@@ -202,14 +209,17 @@ def _run(console: Console, folder: Path) -> None:
         f"{settings.generations} generations, population {settings.evolution.population}"
     ]
     best = folder / "best.genome"
-    lines.append(f"best genome: {best}" if best.is_file() else "no best genome yet")
+    found = load(best) if best.is_file() else None
+    said = f" ({origin_text(found)})" if found and found.standing is Standing.EDITED else ""
+    lines.append(f"best genome: {best}{said}" if found else "no best genome yet")
     data = {
         "kind": "run",
         "seed": settings.seed,
         "trials": settings.trials,
         "generations": settings.generations,
         "population": settings.evolution.population,
-        "has_best": best.is_file(),
+        "has_best": found is not None,
+        "best_origin": str(found.standing) if found else None,
     }
     console.result(data, "\n".join(lines))
 
@@ -281,7 +291,13 @@ def _source(console: Console, file: Path) -> None:
 
 def _build(console: Console, folder: Path) -> None:
     from cgagen.build import read_record
+    from cgagen.build.checked import changed_files
     from cgagen.inputs import BUILD_FILE, read_text
 
     data, memory = read_record(folder), read_text(folder / "memory.txt", BUILD_FILE)
-    console.result({"kind": "build", **data}, f"{folder.name}: a build\n\n{memory.rstrip()}")
+    changed = changed_files(folder, data)
+    told = f"\nedited since it was built: {', '.join(changed)}" if changed else ""
+    console.result(
+        {"kind": "build", **data, "changed": changed},
+        f"{folder.name}: a build{told}\n\n{memory.rstrip()}",
+    )

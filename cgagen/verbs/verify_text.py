@@ -56,6 +56,7 @@ def data_of(report: "Report", repeat: str) -> dict[str, Any]:
         "verdict": str(report.verdict),
         "robot": {"name": subject.robot.name, "digest": subject.robot.digest},
         "genome": subject.genome.digest if subject.genome else None,
+        "origin": shown["origin"],
         "images": {name: image.digest for name, image in subject.images.items()},
         "level": str(report.level),
         "seed": report.seed,

@@ -4,6 +4,7 @@ import cmath
 import io
 import math
 import random
+import re
 import sys
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from cgagen.cli import main
 from cgagen.errors import MeasurementError
 from cgagen.robot import Robot, load_robot
 from cgagen.robot.reader import ROBOTS_FOLDER, parse_robot
+from cgagen.robot.seal import SEAL
 from cgagen.words import COMMANDS, Movement, Role
 
 REFERENCE = Path(__file__).parent.parent / "firmware" / "reference.genome"
@@ -89,6 +91,7 @@ def test_measuring_what_the_file_says_changes_nothing_but_comments(role: Role) -
     assert found.text != robot.text
     assert found.text.count("# measured: mean of 5, spread ") == 3 * len(robot.steps)
     kept = [line for line in found.text.splitlines() if "measured: mean of 5" not in line]
+    assert kept.pop().startswith(SEAL)
     assert set(kept) <= set(robot.text.splitlines())
     assert parse_robot(found.text, "again") == found.robot
 
@@ -356,3 +359,25 @@ def test_every_shipped_robot_can_be_edited() -> None:
         for movement in COMMANDS[robot.role]:
             for key in ("along_units", "right_units", "turn_deg"):
                 assert "new" in with_value(robot.text, "f", f"movement.{movement}", key, "1", "new")
+
+
+def test_a_number_that_is_edited_afterwards_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its comment still speaks of a mean and a spread; so does calibrating once more."""
+    table, mine = tmp_path / "walks.csv", tmp_path / "mine.toml"
+    table.write_text(MOVES + "FORWARD,4,4.8,0.1,-6\nFORWARD,4,5.0,0,-5\n")
+    words = ["calibrate", str(table), "--robot"]
+    assert main([*words, "servobot-predator", "-o", str(mine)]) == 0
+    assert main(["info", str(mine)]) == 0
+    out = capsys.readouterr().out
+    assert "edited since" not in out
+    line = next(one for one in mine.read_text().splitlines() if "mean of 2" in one)
+    mine.write_text(mine.read_text().replace(line, re.sub(r"= -?[\d.]+", "= 9.0", line)))
+    assert main(["info", str(mine)]) == 0
+    assert "edited since it was calibrated" in capsys.readouterr().out
+    again = tmp_path / "again.toml"
+    assert main([*words, str(mine), "-o", str(again)]) == 0
+    assert "mine.toml: was edited since it was calibrated" in capsys.readouterr().out
+    assert main(["info", str(again)]) == 0
+    assert "edited since" not in capsys.readouterr().out

@@ -18,6 +18,7 @@ from cgagen.calibrate.sensors import (
 from cgagen.errors import MeasurementError
 from cgagen.robot import Robot
 from cgagen.robot.reader import parse_robot
+from cgagen.robot.seal import seal_fits, sealed
 from cgagen.words import Movement
 
 DECIMALS = 3
@@ -71,6 +72,11 @@ def calibrate(
     text = robot.text
     for table, key, value, mark in _changes(movements, us_per_in, curve, units_per_in, date):
         text = with_value(text, file, table, key, value, mark)
+    if seal_fits(robot.text) is False:
+        warnings += [
+            f"{file}: was edited since it was calibrated; older comments may be of other numbers"
+        ]
+    text = sealed(text)
     for movement, walks in sorted(measured.walks.items()):
         warnings += odd_walks(movement, walks)
     warnings += odd_pairs(movements)

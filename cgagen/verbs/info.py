@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cgagen.verbs.console import Console, with_console
+from cgagen.verbs.info_folder import describe_build, describe_run
 from cgagen.verbs.info_sorts import Sort, sort_of
 from cgagen.verbs.rules import FREE, given_in, name_of
 from cgagen.verbs.world_options import load_hunter, world_options
@@ -53,13 +54,13 @@ def info_verb(console: Console, /, file: Path, model: str | None, **given: Any) 
     _refuse_other_options(sort)
     match sort:
         case Sort.BUILD:
-            _build(console, file)
+            describe_build(console, file)
         case Sort.BUILD_RECORD if file.name == "build.json":
-            _build(console, file.parent)
+            describe_build(console, file.parent)
         case Sort.RUN:
-            _run(console, file)
+            describe_run(console, file)
         case Sort.RECORD if file.name == "0-run.toml":
-            _run(console, file.parent)
+            describe_run(console, file.parent)
         case Sort.ROBOT:
             _robot(console, file)
         case Sort.ARENA:
@@ -199,31 +200,6 @@ def _never_met(visits: list[int]) -> list[str]:
     return lines
 
 
-def _run(console: Console, folder: Path) -> None:
-    from cgagen.genome import Standing, load, origin_text
-    from cgagen.run import read_record
-
-    settings = read_record(folder).settings
-    lines = [
-        f"{folder.name}: a run, seed {settings.seed}, {settings.trials} trial(s) of "
-        f"{settings.generations} generations, population {settings.evolution.population}"
-    ]
-    best = folder / "best.genome"
-    found = load(best) if best.is_file() else None
-    said = f" ({origin_text(found)})" if found and found.standing is Standing.EDITED else ""
-    lines.append(f"best genome: {best}{said}" if found else "no best genome yet")
-    data = {
-        "kind": "run",
-        "seed": settings.seed,
-        "trials": settings.trials,
-        "generations": settings.generations,
-        "population": settings.evolution.population,
-        "has_best": found is not None,
-        "best_origin": str(found.standing) if found else None,
-    }
-    console.result(data, "\n".join(lines))
-
-
 def _named(file: Path) -> str:
     """Return what a loader is to be told: a file that is there is meant before a name is."""
     return str(file.absolute()) if file.exists() else str(file)
@@ -231,19 +207,24 @@ def _named(file: Path) -> str:
 
 def _robot(console: Console, file: Path) -> None:
     from cgagen.robot import load_robot
+    from cgagen.robot.seal import seal_fits
 
     robot = load_robot(_named(file))
+    fits = seal_fits(robot.text)
     data = {
         "kind": "robot",
         "name": robot.name,
         "role": robot.role,
         "interface": robot.interface,
         "digest": robot.digest,
+        "calibrated": fits,
     }
+    edited = "\nedited since it was calibrated: its comments may be of other numbers"
     text = (
         f"{file.name}: the {robot.role} {robot.name}, {robot.main.model} and "
         f"{robot.locomotion.model}, digest {robot.digest[:8]}\n"
         + robot.interface.replace("; ", "\n")
+        + (edited if fits is False else "")
     )
     console.result(data, text)
 
@@ -287,17 +268,3 @@ def _source(console: Console, file: Path) -> None:
         f"run it: {command('emulate', file)}",
     ]
     console.result(data, "\n".join(lines))
-
-
-def _build(console: Console, folder: Path) -> None:
-    from cgagen.build import read_record
-    from cgagen.build.checked import changed_files
-    from cgagen.inputs import BUILD_FILE, read_text
-
-    data, memory = read_record(folder), read_text(folder / "memory.txt", BUILD_FILE)
-    changed = changed_files(folder, data)
-    told = f"\nedited since it was built: {', '.join(changed)}" if changed else ""
-    console.result(
-        {"kind": "build", **data, "changed": changed},
-        f"{folder.name}: a build{told}\n\n{memory.rstrip()}",
-    )

@@ -115,7 +115,7 @@ FREE: dict[str, tuple[str, ...]] = {
         "GENOME", "--predator", "--prey", "--steps", "--robot", "--walls", *_PLAYERS,
     ),
     "build": ("GENOME", "--robot", "--output", "--templates", "--force"),
-    "verify": ("GENOME", "--robot", "--build", "--target", "--legs", "--trace"),
+    "verify": ("GENOME", "--robot", "--build", "--target", "--legs", "--trace", "--force"),
     "compile": ("FILE", "--output", "--map", "--force"),
     "emulate": (
         "FILE", "--model", "--chip", "--pin", "--json", "--realtime", "--vcd", "--trace",

@@ -79,7 +79,9 @@ def cache(request: pytest.FixtureRequest) -> Path:
     base = request.config.cache
     assert base is not None
     folder = base.mkdir("kernels")
-    mine = folder / cache_folder().name
+    ours = cache_folder()
+    assert ours is not None
+    mine = folder / ours.name
     for old in folder.iterdir():
         if old != mine:
             shutil.rmtree(old, ignore_errors=True)

@@ -69,3 +69,15 @@ def test_a_relative_cache_is_ignored(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     for value in ("", "relative/cache"):
         monkeypatch.setenv("XDG_CACHE_HOME", value)
         assert tokenizer_path().is_relative_to(tmp_path / ".cache" / "cgagen")
+
+
+@pytest.mark.parametrize("which", ["folder", "file"])
+def test_a_tokenizer_that_others_can_write_is_not_run(empty_cache: Path, which: str) -> None:
+    """What is run could be exchanged behind the look at its hash."""
+    setup(REAL_TOKENIZER)
+    found = find_tokenizer()
+    (found if which == "file" else found.parent).chmod(0o777)
+    with pytest.raises(ToolchainError, match=r"all users can write it.*cgagen setup"):
+        find_tokenizer()
+    setup(REAL_TOKENIZER)
+    assert find_tokenizer() == found

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from cgagen.caches import trouble_of, user_cache
 from cgagen.errors import ToolchainError
 from cgagen.files import digest
 from cgagen.inputs import MIB, Kind, read_bytes_if_there
@@ -21,11 +22,18 @@ TOKENIZER = Kind(
 
 
 def tokenizer_path() -> Path:
-    """Return where `setup` puts the tokenizer, whether it is there or not."""
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    # A relative path there is to be ignored, says the XDG Base Directory Specification.
-    root = Path(base) if os.path.isabs(base) else Path.home() / ".cache"
-    return root / "cgagen" / f"{PACKAGE}-{VERSION}" / "index.js"
+    """Return where `setup` puts the tokenizer, whether it is there or not.
+
+    Raises:
+        ToolchainError: there is no home, and no other place was named.
+    """
+    root = user_cache()
+    if root is None:
+        raise ToolchainError(
+            "this user has no home, where the tokenizer would be kept; set XDG_CACHE_HOME to a "
+            "folder, or CGAGEN_TOKENIZER to the tokenizer's index.js"
+        )
+    return root / f"{PACKAGE}-{VERSION}" / "index.js"
 
 
 def find_tokenizer() -> Path:
@@ -57,4 +65,24 @@ def find_tokenizer() -> Path:
             f"{path} is not the tokenizer of {PACKAGE} {VERSION} (its hash is "
             f"{digest(content)[:12]}, not {TOKENIZER_SHA256[:12]}) and was not run; {mend}"
         )
+    if not given:
+        _refuse_strangers(path)
     return path
+
+
+def _refuse_strangers(path: Path) -> None:
+    """Refuse a tokenizer that others could exchange once its hash has been looked at.
+
+    Raises:
+        ToolchainError: others can write the file or its folder.
+    """
+    for one in (path.parent, path):
+        try:
+            trouble = trouble_of(one)
+        except OSError as error:
+            trouble = error.strerror or str(error)
+        if trouble:
+            raise ToolchainError(
+                f"{one}: {trouble}, so the tokenizer in it was not run; remove the folder and run "
+                "`cgagen setup`, or set XDG_CACHE_HOME to a folder of your own"
+            )

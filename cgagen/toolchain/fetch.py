@@ -1,5 +1,6 @@
 """Set-up: the tokenizer comes from npm, or from a file where there is no network."""
 
+import contextlib
 import os
 import re
 import subprocess
@@ -76,8 +77,11 @@ def setup(offline: Path | None = None, force: bool = False) -> tuple[Path, bool]
         )
     target = tokenizer_path()
     make_folder(target.parent)
+    with contextlib.suppress(OSError):  # of another user; then it is refused when it is looked for
+        target.parent.chmod(0o700)
     for name in sorted(files):
         write_bytes(target.with_name(name), files[name])
+        target.with_name(name).chmod(0o644)  # an older one's may have been wider
     return target, True
 
 

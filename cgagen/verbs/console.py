@@ -10,6 +10,7 @@ from typing import Any, Concatenate, ParamSpec, Self, TypeVar
 
 import click
 
+from cgagen.caches import TROUBLE
 from cgagen.shown import printable
 from cgagen.verbs.rules import check_options
 
@@ -71,6 +72,7 @@ def with_console(
         context = click.get_current_context()
         check_options(context)
         console: Console = context.obj
+        TROUBLE.tell = console.note if console.verbose else None
         return function(console, *args, **kwargs)
 
     return called

@@ -17,8 +17,6 @@ ALLOWED = {
     "cgagen/link/why.py read_text": "/proc",
     "cgagen/toolchain/fetch.py read_bytes": "what ships, and what npm has just unpacked",
     "cgagen/toolchain/node.py open": "the first line of a program on PATH",
-    "cgagen/verbs/emulate_files.py open": "whose the file is that an output would replace",
-    "cgagen/tokenizer/files.py open": "likewise",
     "cgagen/verbs/build.py loads": "the record that was just made",
     "cgagen/tokenizer/worker.py open": "the null device",
     "cgagen/tokenizer/worker.py loads": "what our own process answers",

@@ -244,6 +244,7 @@ def test_a_failed_exchange_brings_the_old_build_back(
     def refuse(source: str, target: str) -> None:
         raise OSError(28, "No space left on device")
 
+    monkeypatch.setattr("cgagen.build.folder._exchanged", lambda one, other: False)
     monkeypatch.setattr(os, "rename", refuse)
     with pytest.raises(StorageError, match=r"out: cannot be written \(No space left on device\)"):
         write_build(folder, {**build.files(), "wiring.txt": b"new"})

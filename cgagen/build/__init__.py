@@ -4,7 +4,7 @@
 `read_image` takes an image out of it again, with everything that is known of its bytes.
 """
 
-from cgagen.build.folder import write_build
+from cgagen.build.folder import check_build_folder, write_build
 from cgagen.build.make import Build, BuiltProgram, make_build
 from cgagen.build.record import FILES, FORMAT, read_image, read_record
 
@@ -13,6 +13,7 @@ __all__ = [
     "FORMAT",
     "Build",
     "BuiltProgram",
+    "check_build_folder",
     "make_build",
     "read_image",
     "read_record",

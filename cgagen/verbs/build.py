@@ -56,7 +56,7 @@ def build_verb(
       CGAGEN_NODE       the Node program to use, before PATH
       CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
     """
-    from cgagen.build import make_build, write_build
+    from cgagen.build import check_build_folder, make_build, write_build
     from cgagen.firmware.columns import plain
     from cgagen.genome import Standing, load, origin_text
     from cgagen.robot import load_robot
@@ -67,11 +67,13 @@ def build_verb(
         raise click.UsageError("give a genome, or with --robot a prey, which needs none")
     table = load(genome) if genome else None
     body = robot_of(console, table, genome, robot) if table and genome else load_robot(robot or "")
+    folder = output or Path("build") / plain(body.name)
+    read = [one for one in (genome, Path(robot) if robot else None) if one is not None]
+    check_build_folder(folder, force, inputs=read)
     with Tokenizer(warn=console.note) as tokenizer:
         build = make_build(body, table, tokenizer, templates)
     if table and table.standing is Standing.EDITED:
         console.note(f"note: {genome}: {origin_text(table)}")
-    folder = output or Path("build") / plain(body.name)
     files = build.files()
     write_build(folder, files, force)
     more = "" if console.quiet else f"\n{_next(folder, build)}"

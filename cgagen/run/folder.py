@@ -28,10 +28,12 @@ from numpy.typing import NDArray
 
 from cgagen import files
 from cgagen.checkpoint import Best, Report
-from cgagen.errors import RunError, StorageError
+from cgagen.errors import CgagenError, RunError, StorageError
 from cgagen.evolve import Bits
+from cgagen.genome import FORMAT as GENOME_FORMAT
 from cgagen.genome import Genome, Origin, from_array
 from cgagen.inputs import RUN_FILE, read_text
+from cgagen.outputs import begins, check_outputs
 from cgagen.run.record import RunRecord, from_text
 from cgagen.shell import command
 from cgagen.temporaries import is_temporary
@@ -43,6 +45,15 @@ CHECKPOINT = "2-checkpoint.npz"
 BEST = "best.genome"
 LOCK = ".lock"
 POPULATION_HEAD = "individual,training_fitness,fixed_fitness,fixed_captured,bits"
+KINDS = {
+    TRAINING: begins("a table of generations", ",".join(Report._fields) + "\n"),
+    FITNESS: begins("a table of generations", ",".join(Report._fields) + "\n"),
+    CHECKPOINT: begins("a checkpoint", "PK"),
+    BEST: begins("a genome", f'format = "{GENOME_FORMAT}"'),
+}
+"""What a run writes over in its folder."""
+
+POPULATION = begins("a population", POPULATION_HEAD + "\n")
 LOCK_WAIT_S = 3.0
 """choice: a run that was just killed may have a worker that needs a moment to notice."""
 
@@ -150,6 +161,25 @@ def read_record(folder: Path) -> RunRecord:
             f"began); start it with `{command('evolve', '--run', folder)}`"
         )
     return from_text(_read_text(path), path, lambda name: _read_text(folder / name))
+
+
+def refuse_strangers(folder: Path) -> None:
+    """Refuse to go on where something else has taken the name of a file that a run writes.
+
+    Raises:
+        RunError: the sentence names it.
+    """
+    for name in _names(folder):
+        kind = POPULATION if name.startswith("2-population-g") else KINDS.get(name)
+        if kind is None:
+            continue
+        try:
+            check_outputs([(folder / name, kind)])
+        except CgagenError as error:
+            raise RunError(
+                f"{folder / name}: is not {kind.what} of a run, and the run would write over it; "
+                "move it away, then resume"
+            ) from error
 
 
 def reports_csv(reports: Iterable[Report]) -> str:

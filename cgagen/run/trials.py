@@ -140,6 +140,8 @@ def resume(
         jobs = _jobs(folder, record)
         if _is_complete(folder, jobs):
             return _checked(folder, jobs, _outcome(folder, jobs, was_complete=True))
+        for one in {folder, *(job.folder for job in jobs)}:
+            run_folder.refuse_strangers(one)
         with _resumable(folder):
             return _run_all(folder, record, make_world(record), workers, observe, stopped)
 

@@ -1,5 +1,6 @@
 """`cgagen trace`: record, convert and show what a robot has sensed."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -84,13 +85,13 @@ def record_verb(console: Console, /, genome: Path | None, **given: Any) -> None:
     from cgagen.verbs.emulated_port import named_port
     from hil.traces import write_trace
     from hil.traces.listening import record_telemetry
-    from hil.traces.storage import check_name
 
     given["output"] = in_folder(given["output"], "trace.log")
-    check_name(given["output"])
+    on_wire = given["port"] or given["target"] not in ("simulator", "emulator")
+    read = [genome, given["other"]]
+    _check_output(given["output"], read, given["force"], repeats=not on_wire)
     left_out, gone = 0, ""
     if given["port"]:
-        _check_free(given["output"], given["force"])
         subject = subject_named(console, genome, given, "simulator")
         with named_port(given["port"], "main") as port:
             console.note(f"{port}: listening for {given['limit_s']:g} s at most; Ctrl-C ends it")
@@ -136,6 +137,7 @@ def convert_verb(
 
     suffix = ".log" if source.suffix.lower() == ".csv" else ".csv"
     output = in_folder(output, source.name.split(".")[0] + suffix)
+    _check_output(output, [source], force)
     body = _robot_of(source, robot)
     trace = read_trace(source, body)
     if trace.origin is None:
@@ -175,12 +177,25 @@ def describe_trace(console: Console, file: Path, robot: str | None) -> None:
     console.result({"kind": "trace", **_summary(trace, body)}, _words(trace, body))
 
 
-def _check_free(path: Path, force: bool) -> None:
-    """Refuse to write over anything, before a robot is listened to that does not repeat itself."""
-    from cgagen.errors import FolderError
+def _check_output(
+    output: Path, read: Iterable[Path | None], force: bool, repeats: bool = True
+) -> None:
+    """Refuse to write over anything, before a robot is asked that may not repeat itself.
 
-    if path.exists() and not force:
-        raise FolderError(f"{path}: is there already; choose another name, or give --force")
+    Args:
+        output: of a trace.
+        read: what the verb reads.
+        force: see `check_outputs`.
+        repeats: the same call gives the same bytes, over which it may write.
+    """
+    from cgagen.outputs import never
+    from cgagen.verbs.written import check
+    from hil.traces.storage import check_name, trace_files
+
+    check_name(output)
+    first, *beside = trace_files(output)
+    kind = first[1] if repeats else never("a trace")
+    check([(output, kind), *beside], [one for one in read if one is not None], force)
 
 
 def _robot_of(file: Path, given: str | None) -> "Robot":

@@ -145,7 +145,7 @@ def test_a_matrix_is_of_one_robot(tmp_path: Path) -> None:
     assert (done.exit_code, list(tmp_path.iterdir())) == (2, [])
     assert "say which, with --robot" in done.output
     far = ["--robot", "prey", "--out", str(tmp_path / "nowhere" / "kills.json")]
-    assert "make it first" in " ".join(CliRunner().invoke(main, far).output.split())
+    assert "there is no folder" in " ".join(CliRunner().invoke(main, far).output.split())
 
 
 @pytest.mark.parametrize("role", ["predator", "prey"])

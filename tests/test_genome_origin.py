@@ -99,3 +99,20 @@ def test_info_names_the_files_of_a_build_that_were_changed(
     (folder / "wiring.txt").unlink()
     assert main(["info", str(folder)]) == 0
     assert "edited since it was built: main.bsp, wiring.txt" in capsys.readouterr().out
+
+
+def test_a_run_ties_what_it_says_to_the_bits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = ["--generations", "2", "--population", "4", "--starts", "1", "--fixed-starts", "2"]
+    run = tmp_path / "run"
+    assert main(["evolve", *few, "--steps", "3", "--run", str(run)]) == 0
+    best = run / "best.genome"
+    assert load(best).standing is Standing.ATTESTED
+    assert main(["info", str(run)]) == 0
+    assert "edited since" not in capsys.readouterr().out
+    text, first = best.read_text(), load(best).bits[:3]
+    bits = {"0": "1", "1": "0"}[first[0]] + first[1:]
+    best.write_text(text.replace(f"\n{first} ", f"\n{bits} ", 1))
+    assert main(["info", str(run)]) == 0
+    assert "best.genome (edited since it was evolved as " in capsys.readouterr().out

@@ -83,7 +83,7 @@ CASES: tuple[tuple[str, str, str], ...] = (
     ("MADE/walks.csv", "measurements", "1 measurements (WAIT 1)"),
     (f"{PREDATOR}", "build", "main.bsp (BS2p): 2048 bytes"),
     (f"{PREDATOR / 'build.json'}", "build", "main.bsp (BS2p): 2048 bytes"),
-    (f"{PREDATOR / 'bench.toml'}", "bench", "chips main main.bsp, locomotion locomotion.bs2; 19"),
+    (f"{PREDATOR / 'bench.toml'}", "bench", "chips main main.bsp, locomotion locomotion.bs2; 20"),
     (f"{PREDATOR / 'memory.txt'}", "memory", "what main.bsp (BS2p) and locomotion.bs2 (BS2) take"),
     (f"{PREDATOR / 'wiring.txt'}", "wiring", "wiring of servobot-predator, a predator: 27 pins"),
     (f"{PREDATOR / 'main.bsp'}", "source", "a PBASIC source for a BS2p"),

@@ -125,9 +125,9 @@ def test_a_target_that_is_absent_is_blocked() -> None:
     assert result.stdout.splitlines()[-1] == "BLOCKED"
 
 
-def test_the_exhaustive_level_is_a_proof(tmp_path: Path) -> None:
+def test_it_is_a_proof_by_default(tmp_path: Path) -> None:
     page = tmp_path / "verify.html"
-    result = call("verify", GENOME, "--level", "exhaustive", "--report", str(page), "--json")
+    result = call("verify", GENOME, "--report", str(page), "--json")
     assert result.exit_code == 0, result.output
     data = json.loads(result.stdout)
     cells = data["trials"]["cells"]

@@ -1,6 +1,7 @@
 """The build as a value: generated, compiled, measured, described."""
 
 import json
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from cgagen.build.record import (
     record_of,
 )
 from cgagen.build.wiring import wiring_text
+from cgagen.errors import SourceError, StorageError
+from cgagen.files import write_text
 from cgagen.firmware import Firmware, Program, generate
 from cgagen.genome import Genome, check_interface, to_text
 from cgagen.memory import MemoryReport, report
@@ -120,7 +123,31 @@ def make_build(
 
 
 def _compiled(program: Program, tokenizer: Tokenizer) -> BuiltProgram:
-    compiled = tokenizer.compile(program.source, program.file)
+    try:
+        compiled = tokenizer.compile(program.source, program.file)
+    except SourceError as error:
+        raise _located(program, error) from error
     memory = report(compiled)
     memory.check(FREE_EEPROM_PERCENT, FREE_RAM_BYTES)
     return BuiltProgram(program, compiled.image, memory)
+
+
+def _located(program: Program, error: SourceError) -> SourceError:
+    """Return a refusal with the template's line, and the place where the text was left."""
+    try:
+        path = Path(tempfile.mkdtemp(prefix="cgagen-refused-")) / program.file
+        write_text(path, program.source)
+        left = f"the text is left in {path}"
+    except (OSError, StorageError):
+        left = "the text could not be left anywhere"
+    origin = ""
+    if error.line is not None and 1 <= error.line <= len(program.origins):
+        file, line = program.origins[error.line - 1]
+        origin = f"line {error.line} comes from {file}:{line}, and " if file else ""
+    return SourceError(
+        f"{error}\n{origin}{left}",
+        code=error.code,
+        line=error.line,
+        column=error.column,
+        length=error.length,
+    )

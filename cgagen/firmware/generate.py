@@ -1,6 +1,6 @@
 """Robot and genome -> the sources of both Stamps, as values."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from cgagen.firmware.columns import plain
 from cgagen.firmware.locomotion_words import locomotion_words
 from cgagen.firmware.main_words import main_words
 from cgagen.firmware.render import Renderer
+from cgagen.firmware.sandbox import Rendered
 from cgagen.firmware.timing import check_timing
 from cgagen.genome import Genome
 from cgagen.robot.values import Robot
@@ -39,6 +40,7 @@ class Program:
         model: of the Stamp.
         source: the text, ASCII with line feeds.
         banner: what it says of itself at reset.
+        origins: file and line of the template that each line of the text comes from.
     """
 
     file: str
@@ -46,6 +48,7 @@ class Program:
     model: str
     source: str
     banner: Banner
+    origins: tuple[tuple[str, int], ...] = field(default=(), repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +58,12 @@ class Firmware:
     Attributes:
         programs: main controller, locomotion controller.
         templates: (template, SHA-256 of its text), by name.
+        notes: what a user should know of templates of their own.
     """
 
     programs: tuple[Program, Program]
     templates: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def files(self) -> dict[str, str]:
@@ -106,7 +111,7 @@ def generate(robot: Robot, genome: Genome | None = None, templates: Path | None 
         (LOCOMOTION_FILE, "locomotion", robot.locomotion.model),
         common | locomotion_words(robot, genome),
     )
-    return Firmware((main, locomotion), renderer.used())
+    return Firmware((main, locomotion), renderer.used(), renderer.notes())
 
 
 def _check_role(robot: Robot, genome: Genome | None) -> None:
@@ -139,10 +144,10 @@ def _program(
     file, chip, model = place
     blank = Banner(VERSION, chip, words["robot_name"], words["genome_digest"], DIGEST_BLANK)
 
-    def rendered(source_digest: str) -> tuple[Banner, str]:
+    def rendered(source_digest: str) -> tuple[Banner, Rendered]:
         banner = blank._replace(source=source_digest)
         extra = {"source_digest": source_digest, "banner": banner_text(banner)}
         return banner, renderer.render(template, words | extra)
 
-    banner, source = rendered(digest(rendered(DIGEST_BLANK)[1])[:DIGEST_DIGITS])
-    return Program(file, chip, model, source, banner)
+    banner, made = rendered(digest(rendered(DIGEST_BLANK)[1].text)[:DIGEST_DIGITS])
+    return Program(file, chip, model, made.text, banner, tuple(made.origins))

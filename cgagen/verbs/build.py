@@ -72,6 +72,8 @@ def build_verb(
     check_build_folder(folder, force, inputs=read)
     with Tokenizer(warn=console.note) as tokenizer:
         build = make_build(body, table, tokenizer, templates)
+    for note in build.firmware.notes:
+        console.note(f"note: {note}")
     if table and table.standing is Standing.EDITED:
         console.note(f"note: {genome}: {origin_text(table)}")
     files = build.files()

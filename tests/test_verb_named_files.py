@@ -91,6 +91,10 @@ def test_a_build_is_emulated_by_its_bench(run: Run) -> None:
         (["build", "EMPTY"], 3, "is a folder, and no run; give the best.genome of a run"),
         (["simulate", "YOUNG"], 3, "has no best.genome yet; continue the run with `cgagen resume"),
         (["flash", "RUN"], 3, "is no build"),
+        (["build", "BUILD/robot.toml"], 3, "BUILD/robot.toml: is a robot, not a genome; give the"),
+        (["simulate", "BUILD/main.bin"], 3, "main.bin: is an image, not a genome"),
+        (["verify", "BUILD/main.bsp"], 3, "main.bsp: is a PBASIC source, not a genome"),
+        (["verify", "BUILD/build.json"], 3, "build.json: is a build's record, not a genome"),
     ],
 )
 def test_folders_that_are_no_such_thing(

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from cgagen.errors import BenchError, FolderError, GenomeError
+from cgagen.errors import BenchError, CgagenError, FolderError, GenomeError
 from cgagen.shell import command
 
 BENCH_FILE = "bench.toml"
@@ -29,9 +29,11 @@ def genome_at(path: Path) -> Path:
     """Return the best genome of a run; what is no folder stays as it is.
 
     Raises:
-        GenomeError: a folder that is no run, or one that has no best genome yet.
+        GenomeError: a folder that is no run, or one that has no best genome yet; or another file
+            of ours.
     """
     if not _is_folder(path):
+        _refuse_other_sort(path)
         return path
     best = path / BEST
     if (path / BUILD_RECORD).is_file():
@@ -79,6 +81,18 @@ def source_at(path: Path) -> Path:
     there = [str(path / name) for name in SOURCES if (path / name).is_file()]
     named = f"; name one of its sources: {', '.join(there)}" if there else "; name a PBASIC source"
     raise FolderError(f"{path}: is a folder{named}")
+
+
+def _refuse_other_sort(path: Path) -> None:
+    """Say of a robot or an image what it is; what a genome's reader would say of it misleads."""
+    from cgagen.verbs.info_sorts import Sort, sort_of
+
+    try:
+        sort = sort_of(path) if path.is_file() else Sort.GENOME
+    except (CgagenError, OSError, ValueError):
+        return
+    if sort is not Sort.GENOME:
+        raise GenomeError(f"{path}: is {sort}, not a genome; give the {BEST} of a run")
 
 
 def _is_folder(path: Path) -> bool:

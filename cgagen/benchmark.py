@@ -239,6 +239,7 @@ def _seconds(*words: str) -> float:
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         timeout=600,
+        stdin=subprocess.DEVNULL,
     )
     return time.perf_counter() - begin
 

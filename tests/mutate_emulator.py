@@ -121,6 +121,7 @@ def fate_of(copy: Path) -> Fate:
         done = subprocess.run(
             [*words, *(str(copy / "tests" / name) for name in TESTS), *map(str, examples)],
             cwd=copy, env=environment, capture_output=True, timeout=LIMIT_S, check=False,
+            stdin=subprocess.DEVNULL,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return Fate.TIMED_OUT

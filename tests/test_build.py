@@ -261,7 +261,9 @@ def test_a_killed_build_leaves_no_half_of_one(tmp_path: Path) -> None:
         "f.write_bytes = write\n"
         "f.write_build(pathlib.Path('out'), {str(i): b'x' for i in range(9)})\n"
     )
-    code = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=False).returncode
+    code = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, check=False, stdin=subprocess.DEVNULL
+    ).returncode
     assert code == -9
     assert not (tmp_path / "out").exists()
 
@@ -345,7 +347,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "print(next(WheelBuilder(sys.argv[1]).build(directory=sys.argv[2], versions=['standard'])))"
     )
     words = [sys.executable, "-c", program, str(ROOT), str(folder)]
-    built = subprocess.run(words, capture_output=True, text=True, check=True)
+    built = subprocess.run(
+        words, capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL
+    )
     with zipfile.ZipFile(built.stdout.strip()) as archive:
         archive.extractall(folder / "site")
     return folder / "site"
@@ -368,9 +372,20 @@ def test_an_installed_build_works_in_any_folder(
     environment = {**os.environ, "PYTHONPATH": str(wheel)}
     where = "import cgagen.firmware.render as r; print(r.shipped_templates())"
     asked = subprocess.run(
-        [sys.executable, "-P", "-c", where], env=environment, capture_output=True, check=True
+        [sys.executable, "-P", "-c", where],
+        env=environment,
+        capture_output=True,
+        check=True,
+        stdin=subprocess.DEVNULL,
     )
     assert asked.stdout.decode().strip() == str(wheel / "cgagen" / "_templates")
-    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, check=False)
+    done = subprocess.run(
+        words,
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        check=False,
+        stdin=subprocess.DEVNULL,
+    )
     assert done.returncode == 0, done.stderr
     assert listing(tmp_path / "out") == build.files()

@@ -22,7 +22,9 @@ WAIT_S = 60
 def served() -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """A prey on a rig behind a serial adapter."""
     words = [sys.executable, "-m", "hil.rig", str(FIRMWARE / "prey"), "--slcan", "pty"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL
+    ) as process:
         assert process.stdout is not None
         assert select.select([process.stdout], [], [], WAIT_S)[0]
         yield process.stdout.readline().strip(), process

@@ -51,6 +51,7 @@ def seen(folder: Path, hash_seed: str, calls: list[list[str]]) -> dict[str, obje
         text=True,
         check=True,
         timeout=300,
+        stdin=subprocess.DEVNULL,
     )
     found: dict[str, object] = json.loads(done.stdout)
     return found

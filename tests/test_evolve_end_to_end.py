@@ -30,7 +30,9 @@ def unbroken(tmp_path_factory):
 def test_killed_with_two_threads_and_resumed_with_one(unbroken, tmp_path):
     folder = tmp_path / "run"
     words = ["evolve", *SMALL, "--workers", "2", "--run", str(folder)]
-    process = subprocess.Popen([*CGAGEN, *words], stdout=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [*CGAGEN, *words], stdout=subprocess.DEVNULL, stdin=subprocess.DEVNULL
+    )
     deadline = time.monotonic() + 120
     while not (folder / "2-checkpoint.npz").exists() and time.monotonic() < deadline:
         assert process.poll() is None

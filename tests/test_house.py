@@ -1,5 +1,6 @@
 """The rules of the house that no linter knows."""
 
+import ast
 import re
 import shlex
 import subprocess
@@ -61,6 +62,7 @@ def test_help_is_quick_to_import() -> None:
         text=True,
         check=True,
         timeout=60,
+        stdin=subprocess.DEVNULL,
     )
     imported = {line.rsplit("|", 1)[-1].strip() for line in done.stderr.splitlines()}
     heavy = {"numpy", "numba", "jinja2", "rich", "serial", "can", "sim", "cgagen.robot"}
@@ -116,7 +118,9 @@ def test_windows_is_told_where_it_runs(verb: str) -> None:
     lacks = "import sys; sys.modules.update(fcntl=None, termios=None, pty=None, grp=None)"
     code = f"{lacks}; from cgagen.cli import main; sys.exit(main(['{verb}']))"
     words = [sys.executable, "-c", code]
-    done = subprocess.run(words, check=False, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        words, check=False, capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL
+    )
     assert done.returncode == 4
     assert "needs Linux or macOS; on Windows" in done.stderr
 
@@ -183,3 +187,40 @@ def test_readme_names_make_targets_that_exist() -> None:
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
     named = set(re.findall(r"(?:`|^)make ([a-z]+)", (ROOT / "README.md").read_text("utf-8"), re.M))
     assert {"demo", "test"} <= named <= targets
+
+
+CALLS = {"run", "Popen", "call", "check_call", "check_output"}
+
+
+def calls_without_stdin(source: str) -> list[int]:
+    """Return the lines at which a process is begun that may read what is not meant for it."""
+    found = [
+        node
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and isinstance(node.func.value, ast.Name)
+        and node.func.value.id == "subprocess"
+        and node.func.attr in CALLS
+    ]
+    said = [{keyword.arg for keyword in node.keywords} for node in found]
+    return [
+        node.lineno
+        for node, words in zip(found, said, strict=True)
+        if not words & {"stdin", "input"}
+    ]
+
+
+def test_no_process_inherits_stdin() -> None:
+    """What stands there is a shell's list, or what somebody types at the tests."""
+    assert calls_without_stdin("subprocess.run(['x'])\nsubprocess.Popen(['x'], stdin=None)") == [1]
+    paths = [
+        path for room in ("cgagen", "sim", "hil", "tests") for path in (ROOT / room).rglob("*.py")
+    ]
+    lines = {
+        f"{path.relative_to(ROOT)}:{line}"
+        for path in paths
+        for line in calls_without_stdin(path.read_text("utf-8"))
+    }
+    assert not lines
+    assert len(paths) > 400

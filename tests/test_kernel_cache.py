@@ -201,7 +201,9 @@ def test_first_starts_at_the_same_time(tmp_path: Path) -> None:
     ]
     assert [one.communicate(timeout=300)[0] for one in running]
     assert [one.returncode for one in running] == [0, 0, 0]
-    last = subprocess.run(words, env=environment, capture_output=True, check=True, text=True)
+    last = subprocess.run(
+        words, env=environment, capture_output=True, check=True, text=True, stdin=subprocess.DEVNULL
+    )
     assert last.stdout == "1\n"
     assert sorted((tmp_path / "cgagen" / "kernel-1").iterdir()) == [
         kernel_in(tmp_path / "cgagen" / "kernel-1")

@@ -75,7 +75,7 @@ def test_killed_again_and_again_then_resumed(tmp_path, trials, workers, pause_s,
     verb, kills = "start", 0
     for _ in range(12):
         words = [verb, str(folder), str(pause_s), str(trials), str(workers)]
-        process = subprocess.Popen([*TOY, *words], stdout=subprocess.PIPE)
+        process = subprocess.Popen([*TOY, *words], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL)
         process.stdout.readline()  # it is past its imports
         time.sleep(moments.uniform(0.05, latest_s))
         process.kill()
@@ -101,6 +101,7 @@ def test_ctrl_c_is_a_sentence_and_exit_10(tmp_path, number, trials, workers):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        stdin=subprocess.DEVNULL,
     )
     place = folder if trials == 1 else folder / "trial-1"
     while process.poll() is None and not (place / "2-checkpoint.npz").exists():
@@ -185,6 +186,7 @@ def test_a_real_limit_on_files(tmp_path):
         check=False,
         text=True,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4_200, 4_200)),
+        stdin=subprocess.DEVNULL,
     )
     assert done.returncode == 10
     assert "2-checkpoint.npz" in done.stderr

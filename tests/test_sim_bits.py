@@ -47,6 +47,7 @@ def run(argument: str, **environment: str) -> dict[str, Any]:
         text=True,
         check=False,
         timeout=300,
+        stdin=subprocess.DEVNULL,
     )
     assert done.returncode == 0, done.stderr
     answer: dict[str, Any] = json.loads(done.stdout)

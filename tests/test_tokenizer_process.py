@@ -175,7 +175,9 @@ def test_the_process_ends_with_its_owner() -> None:
         't = Tokenizer(); t.compile("\' {$STAMP BS2}\\nHIGH 3\\n"); print(t.pid, flush=True)\n'
         "import time; time.sleep(600)"
     )
-    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as owner:
+    with subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL
+    ) as owner:
         assert owner.stdout is not None
         worker = int(owner.stdout.readline())
         group = os.getpgid(worker)

@@ -245,6 +245,7 @@ def interrupt(words: list[str], sign: Path) -> subprocess.CompletedProcess[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        stdin=subprocess.DEVNULL,
     ) as process:
         for _ in range(1000):
             if sign.exists() or process.poll() is not None:

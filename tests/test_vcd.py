@@ -109,6 +109,7 @@ def test_sigrok_reads_the_text(tmp_path: Path) -> None:
         text=True,
         check=True,
         timeout=60,
+        stdin=subprocess.DEVNULL,
     )
     assert bytes(int(line.split()[1], 16) for line in done.stdout.splitlines()) == TEXT
 

@@ -16,14 +16,15 @@ from tests.emulate_cases import BASIC, ENDLESS, PROGRAMS, Program
 
 
 def test_stdin_is_read_when_the_program_wants_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An endless pipe does no harm."""
+    """An endless pipe does no harm, and the rest of it is others'."""
     reader, writer = os.pipe()
     os.write(writer, b"one\ntwo")
     with os.fdopen(reader) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         more = from_stdin(at_once=False, waits=lambda: pytest.fail("no terminal"))
-        assert more(True) == b"one\rtwo"
+        assert [more(True) for _ in range(5)] == [b"o", b"n", b"e", b"\r", b"t"]
         quick = from_stdin(at_once=True, waits=lambda: None)
+        assert quick(True) == b"wo"
         assert quick(True) == b""
         os.close(writer)
         assert more(False) is None
@@ -82,6 +83,7 @@ def test_ctrl_c_ends_cleanly(program: Program, tmp_path: Path) -> None:
         command(path, "--realtime", "--until-end", "--vcd", wave),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL,
     )
     assert running.stdout is not None
     assert running.stdout.read(1) == b"."
@@ -95,7 +97,10 @@ def test_ctrl_c_ends_cleanly(program: Program, tmp_path: Path) -> None:
 
 def test_a_reader_that_leaves_is_no_bug(program: Program) -> None:
     running = subprocess.Popen(
-        command(program(ENDLESS), "--until-end"), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        command(program(ENDLESS), "--until-end"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL,
     )
     assert running.stdout is not None
     assert running.stderr is not None

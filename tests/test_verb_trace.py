@@ -301,7 +301,9 @@ def test_help_and_show_import_no_can() -> None:
         f"main(['trace', 'show', {str(FOLDER / 'hunt.log')!r}]); main(['trace', '--help'])\n"
         "sys.exit('can' in sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, check=False, stdin=subprocess.DEVNULL
+    )
     assert done.returncode == 0
 
 

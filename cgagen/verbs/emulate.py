@@ -40,7 +40,7 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
 @click.option("--chip", "chip_name", metavar="NAME", help="Of a bench: whose text and end.")
 @click.option("--for", "limit_ns", type=TimeType(), help="Stop after this time.  [default: 10s]")
 @click.option("--until-end", is_flag=True, help="Run until END or STOP, however long.")
-@click.option("--input", "text", metavar="TEXT", help="What a user types; - for stdin (default).")
+@click.option("--input", "text", metavar="TEXT", help="What a user types; - for stdin.")
 @click.option("--pin", "pins", metavar="3=1", multiple=True, help="Hold a pin; repeatable.")
 @click.option("--port", "ports", metavar="PLACE", multiple=True, help=_PORT)
 @click.option(
@@ -69,8 +69,12 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
     """Run a PBASIC source, an EEPROM image or a bench file, or a BUILD's, on emulated chips.
 
     What the program sends with DEBUG comes on stdout: control codes rendered on a terminal, raw
-    bytes otherwise. It reads stdin, or --input, with DEBUGIN; text waits until the program takes
-    it, and the end of a line is CR. Pins that nothing drives read 0, which is said once for each.
+    bytes otherwise. Pins that nothing drives read 0, which is said once for each.
+
+    What it reads with DEBUGIN is --input, or stdin with --input -. A program alone reads stdin
+    unasked, too, if that is a terminal, a pipe, or a file from its beginning (with --realtime a
+    terminal): no more of it than the program takes, so a shell's loop keeps its list. A bench
+    file's programs read it only if asked. Text waits until it is taken; the end of a line is CR.
 
     Exit code 0 at END or STOP and when the time is over.
 
@@ -102,7 +106,8 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
     chip = chip_of(bench, file, given["chip_name"])
     if given["coverage"] is not None and chip.name not in bench.programs:
         raise click.UsageError(f"--coverage wants the source of {chip.name}; {file} has only bytes")
-    run = EmulateRun(console, bench, chip, given["as_json"] or console.as_json)
+    as_json = given["as_json"] or console.as_json
+    run = EmulateRun(console, bench, chip, as_json, single=file.suffix != ".toml")
     if given["durations"] is not None:
         labels = map(str.strip, given["durations"].split(","))
         run.durations = chip.durations(*filter(None, labels))

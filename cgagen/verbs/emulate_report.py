@@ -97,7 +97,7 @@ def _waits(run: EmulateRun) -> str | None:
     if waiting is None or not run.chip.waits_for_ever:
         return None
     if waiting.pin == SIN:
-        return f"{run.where(run.chip)}: the program waits for input that does not come"
+        return f"{run.where(run.chip)}: the program waits for input that does not come (--input)"
     return f"{run.where(run.chip)}: the program waits for P{waiting.pin} to become {waiting.level}"
 
 

@@ -12,7 +12,7 @@ import click
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.chip import Chip
 from cgagen.emulator.clock import NEVER_NS
-from cgagen.emulator.conversation import Conversation
+from cgagen.emulator.conversation import Conversation, More
 from cgagen.emulator.durations import Durations
 from cgagen.emulator.parts.fault import Fault, fault_notes
 from cgagen.emulator.screen import CR, Screen
@@ -20,7 +20,7 @@ from cgagen.emulator.session import Outcome, run_session
 from cgagen.emulator.trace import line_at
 from cgagen.errors import BenchError, CgagenError, ExecutionError
 from cgagen.verbs.console import Console
-from cgagen.verbs.keyboard import from_stdin, from_text
+from cgagen.verbs.keyboard import from_nobody, from_stdin, from_text, is_given
 
 DEFAULT_LIMIT_NS = 10_000_000_000
 """How long a program runs that does not end. Ref: choice."""
@@ -39,12 +39,14 @@ class EmulateRun:
         last: the last of them in any case.
         durations: of its routines, where they are wanted.
         parts: names of those that the bench file has.
+        single: it is a program alone, and no bench file.
     """
 
     console: Console
     bench: Bench
     chip: Chip
     as_json: bool
+    single: bool
 
     def __post_init__(self) -> None:
         self.sent = bytearray()
@@ -54,13 +56,12 @@ class EmulateRun:
 
     def go(self, given: dict[str, Any]) -> Outcome | None:
         """Run the bench; None where the user stopped it."""
-        at_once, text = given["realtime"], given["text"]
-        stdin = text is None or text == "-"
+        at_once = given["realtime"]
         conversation = Conversation(
             self.bench,
             self.chip,
             self._seen(),
-            from_stdin(at_once, self._ask) if stdin else from_text(text),
+            self._typed(given["text"], at_once),
             at_once=at_once,
             echo=given["echo"],
         )
@@ -74,6 +75,12 @@ class EmulateRun:
             for note in fault_notes(self.bench.parts_of(Fault)):
                 self.console.note(f"note: {note}")
             raise self._located(error) from error
+
+    def _typed(self, text: str | None, at_once: bool) -> More:
+        """Return where what a user types comes from: what they said, or what they gave."""
+        if text == "-" or (text is None and self.single and is_given(at_once)):
+            return from_stdin(at_once, self._ask)
+        return from_nobody() if text is None else from_text(text)
 
     def note_floating(self, end: str) -> None:
         """Say that a pin was read that nothing drives."""

@@ -29,7 +29,9 @@ LONGEST_LINE = 4_096
 @click.option("--log", type=OUTPUT, metavar="FILE", help="Write what comes to a file, too.")
 @click.option("--decode", is_flag=True, help="Our firmware's lines in words; --json: as objects.")
 @click.option("--robot", metavar="NAME|FILE", help="With --decode: whose counts they are.")
-@click.option("--input", "text", metavar="TEXT", help="What is typed; - for stdin (default).")
+@click.option(
+    "--input", "text", metavar="TEXT", help="What is typed; - for stdin. Default: a terminal."
+)
 @click.option("--for", "limit_ns", type=TimeType(), help="Stop after this time.")
 @click.option("--reset", is_flag=True, help="Reset the Stamp first; otherwise it is left alone.")
 @click.option("--force", is_flag=True, help="Overwrite the log.")
@@ -64,13 +66,16 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
     """Carry bytes between a port and the user."""
     from cgagen.link.port import locked_port, reset_by_dtr
     from cgagen.monitor import Listener, listen
-    from cgagen.verbs.keyboard import from_stdin, from_text
+    from cgagen.verbs.keyboard import from_stdin, from_text, is_given
 
     began_s = time.monotonic()
     stack = ExitStack()
     sinks = [_shown(console, given, lambda: time.monotonic() - began_s, stack)]
     text = given["text"]
-    more = from_stdin(True, lambda: None) if text in (None, "-") else from_text(text)
+    if text == "-" or (text is None and is_given(at_once=True)):
+        more = from_stdin(True, lambda: None)
+    else:
+        more = from_text(text or "")
     # The log comes second: a port that does not open costs nobody an older log.
     with (
         stack,

@@ -41,6 +41,7 @@ def fetch() -> int:
             text=True,
             timeout=LIMIT_S,
             check=False,
+            stdin=subprocess.DEVNULL,
         )
         if done.returncode:
             sys.stderr.write(done.stderr)

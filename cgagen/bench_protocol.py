@@ -62,6 +62,9 @@ DUMP_LINE_BYTES = 16
 
 NONCE_BYTES = 2
 
+MOST_NAME = 32
+"""Characters of a robot's name in a banner. Choice: with all the rest it stays below a line."""
+
 
 class Letter(StrEnum):
     """What a request asks for; its answer carries the same letter, or `REFUSED`."""
@@ -129,6 +132,21 @@ class Answer(NamedTuple):
     sequence: str
     state: int
     command: int
+
+
+def plain(text: str, most: int = MOST_NAME) -> str:
+    """Return a user's text as one word of printable ASCII, as banners, sources and files have it.
+
+    A chip says no other name, so who compares what a chip says compares it with this.
+
+    >>> plain('Käfer "2"'), plain(" .. ")
+    ('K_fer_2', 'robot')
+    """
+    word = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in text)
+    while "__" in word:
+        word = word.replace("__", "_")
+    word = word.strip("_")[:most]
+    return word if any(c.isalnum() for c in word) else "robot"
 
 
 def banner_text(banner: Banner) -> str:

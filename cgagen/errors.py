@@ -29,6 +29,7 @@
      +-- FlashError         8   a download that had begun and did not end well
      +-- MismatchError      9   a decision that is not the simulator's: FAIL
      +-- UnprovenError     11   not enough evidence for a verdict
+     |    +-- LackingError      the program lacks what every generated program has
      +-- StoppedError      10   stopped by the user or a full disk; the run folder can be resumed
 
 The numbers are the exit codes of the command line. 1 is a bug of ours, 2 is usage (click's).
@@ -217,6 +218,10 @@ class UnprovenError(CgagenError):
     """There is not enough evidence for a verdict: UNPROVEN."""
 
     exit_code = 11
+
+
+class LackingError(UnprovenError):
+    """A program lacks what every generated program has, so it cannot be judged by it."""
 
 
 class StoppedError(CgagenError):

@@ -15,6 +15,7 @@ from cgagen.errors import MismatchError
 from cgagen.stamp.compiled import Compiled
 from cgagen.tokenizer import compile_source
 from cgagen.words import Role
+from hil.anchors import Anchors, anchors_of
 from hil.benches import counted
 from hil.fate import PROGRAMS, SURVIVORS, bad_row, read_reviews
 from hil.judge_legs import judge_legs
@@ -80,24 +81,27 @@ def cover(role: str, chip: str) -> Covered:
         judge_legs(subject, compiled.image, coverage)
         counted(subject.images[chip], coverage)
         return Covered(role, chip, cover_source(compiled, coverage), frozenset(), frozenset())
-    judge_main(subject, wanted_of(subject), compiled, coverage)
-    states = _decide_slowly(subject, compiled, coverage)
+    judge_main(subject, wanted_of(subject), compiled.image, coverage)
+    anchors = anchors_of(compiled.image, subject.robot)
+    states = _decide_slowly(subject, compiled, anchors, coverage)
     counted(subject.images[chip], coverage)
     found = frozenset[int]()
     if subject.genome is not None:
         trial = MainTrial(subject, compiled.image)
         trial.present(neutral(subject.robot))
-        found = genes(trial, compiled)
+        found = genes(trial, anchors)
     return Covered(role, chip, cover_source(compiled, coverage), states, found)
 
 
-def _decide_slowly(subject: Subject, compiled: Compiled, coverage: Coverage) -> frozenset[int]:
+def _decide_slowly(
+    subject: Subject, compiled: Compiled, anchors: Anchors, coverage: Coverage
+) -> frozenset[int]:
     """Let the chip itself decide, so that it counts; a call of the routine would not."""
     robot = subject.robot
     stimuli = [*every_state(robot).values(), *thresholds(robot), *list(ties(robot))[:60]]
     trial = MainTrial(subject, compiled.image)
     trial.present(neutral(robot))
-    decider = Decider(trial, compiled)
+    decider = Decider(trial, anchors, anchors.places.entry)
     trial.chip.coverage = coverage
     before = trial.bench.snapshot()
     for stimulus in stimuli:

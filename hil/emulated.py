@@ -7,6 +7,7 @@ and its command is read from the wires when it says GO. `hil.registers` is the f
 from collections.abc import Sequence
 from itertools import count
 
+from cgagen.bench_protocol import END, FAULT
 from cgagen.build.bench import bench_text
 from cgagen.closing import Closing
 from cgagen.emulator.bench import Bench, BenchState
@@ -52,6 +53,10 @@ LEAD_NS = 1_000_000
 """How long before the first trigger the sensors are set."""
 
 
+BROKEN = (ExecutionError, ContentionError)
+"""What a program does that no chip can: it is wrong, and the bench is well."""
+
+
 def robot_bench(robot: Robot, images: dict[str, Image]) -> Bench:
     """Return the bench of a robot with these images in its chips."""
     with temporary_folder() as folder:
@@ -67,7 +72,7 @@ def stopped(where: str, error: CgagenError) -> RigError:
     hangs is: `TargetTimeout`. Everything else is about the bench.
     """
     words = f"{where}: on the emulator: {error}"
-    broken = isinstance(error, ExecutionError | ContentionError)
+    broken = isinstance(error, BROKEN)
     return TargetTimeout(words) if broken else RigError(words)
 
 
@@ -218,8 +223,6 @@ class PinsTarget(Closing):
         """What has come from the main controller since power-up, or since the last look began."""
         return self._line.decode("ascii", "replace")
 
-    # -- Setting up ---------------------------------------------------------------------------
-
     def _power_up(self) -> None:
         robot = self.subject.robot
         self.bench = robot_bench(robot, self.images)
@@ -263,7 +266,9 @@ class PinsTarget(Closing):
         def heard(byte: int) -> None:
             self._line.append(byte)
             if byte == 0x0D and self._go is not None and not self._done:
-                self._finish()
+                said = self.said.removesuffix(END).rpartition(END)[2]
+                if not said.startswith(FAULT):  # a GO that came too soon; the report is behind it
+                    self._finish()
 
         host.heard = heard
 

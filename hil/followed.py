@@ -41,7 +41,8 @@ def followed(
     if flow.refused:
         reasons = sorted(flow.refused.items())
         raise UnprovenError("; ".join(f"{_where(bit, source_map)}: {why}" for bit, why in reasons))
-    size, element = state = _state_place(program, flow.visited)
+    _, state = table_read(program, flow.visited)
+    size, element = state
     if flow.loose & set(places.lines):
         raise UnprovenError("the decision does not always set the command lines to a known number")
     if flow.loose & set(range(size * element, size * element + size)):
@@ -68,10 +69,14 @@ def _where(bit: int, source_map: SourceMap | None) -> str:
     return f"stream bit {bit}" if statement is None else f"line {statement.line}"
 
 
-def _state_place(program: Program, visited: set[int]) -> Place:
-    """Return the register by which the answer is looked up: the only one in the only READ."""
+def table_read(program: Program, visited: set[int]) -> tuple[int, Place]:
+    """Return where the answer is looked up, and by which register: the only one in the only READ.
+
+    Raises:
+        UnprovenError: there is no such READ, or more than one.
+    """
     reads = [one for one in program.instructions if one.address in visited and one.name == "READ"]
     tokens = [token for one in reads for token in one.operands[0] if token.kind is Kind.READ]
     if len(reads) != 1 or len(tokens) != 1 or tokens[0].indexed:
         raise UnprovenError("the answer is not looked up by one register, the state")
-    return tokens[0].size_bits, tokens[0].value
+    return reads[0].address, (tokens[0].size_bits, tokens[0].value)

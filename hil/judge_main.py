@@ -1,14 +1,17 @@
 """All checks of a main controller, in the order in which they run: by pins and by words."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
-from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, Banner, banner_text
+from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, banner_text
 from cgagen.emulator.chip import Coverage
-from cgagen.stamp.compiled import Compiled
-from hil.layout import layout_of
+from cgagen.errors import LackingError
+from cgagen.stamp.image import Image
+from hil.anchors import anchors_of
 from hil.main_bench import late_hello, speaks
 from hil.main_decides import decisions, genes
 from hil.main_hunts import hunts
+from hil.main_roams import roams
 from hil.main_trial import MainTrial
 from hil.main_wanted import Wanted
 from hil.stimuli import neutral
@@ -18,45 +21,58 @@ from hil.trial import BYTE_NS, MS, want
 FAST_SLACK_NS, SLOW_SLACK_NS = 1_000_000, 4_000_000
 """What instructions between two waits may take. Choice: a little more than they do."""
 
+RESET_MS = (40, 150, 230)
+"""When it is reset after a look began: as it senses, with lines and GO, as it reports. Choice."""
+
 
 def judge_main(
-    subject: Subject, wanted: Wanted, compiled: Compiled, coverage: Coverage | None = None
+    subject: Subject, wanted: Wanted, image: Image, coverage: Coverage | None = None
 ) -> None:
     """Try a main controller.
 
     Raises:
         FailedCheck: by the first check that finds something.
+        LackingError: no check has found anything, and some could not be made.
         CgagenError: what it does is impossible on the bench.
     """
-    trial = MainTrial(subject, compiled.image, coverage)
+    lacks: list[LackingError] = []
+
+    def new() -> MainTrial:
+        return MainTrial(subject, image, coverage)
+
+    trial = new()
     trial.present(wanted.hunts[0][0])
     _start(trial)
     before, seen = trial.bench.snapshot(), len(trial.edges)
-    decisions(trial, wanted, compiled)
-    trial.bench.restore(before)
-    if subject.genome is not None:
-        genes(trial, compiled)
+    try:
+        anchors = anchors_of(image, subject.robot)
+        decisions(trial, wanted, anchors)
         trial.bench.restore(before)
+        genes(trial, anchors)
+    except LackingError as error:
+        lacks.append(error)
+    trial.bench.restore(before)
     del trial.edges[seen:]
-    hunts(trial, wanted, layout_of(compiled.source))
-    trial = MainTrial(subject, compiled.image, coverage)
+    (hunts if trial.has_step else roams)(trial, wanted)
+    lacks += trial.lacks
+    trial = new()
     trial.present(neutral(subject.robot))
-    speaks(trial, wanted, compiled.image)
-    late_hello(MainTrial(subject, compiled.image, coverage))
+    speaks(trial, wanted, image)
+    lacks += trial.lacks
+    late_hello(new())
+    _resets(new, wanted)
+    if lacks:
+        raise lacks[0]
 
 
 def _start(trial: MainTrial) -> None:
     """Banner and prompts, with no line touched; then the first look."""
-    robot, subject = trial.robot, trial.subject
     lines, touched = trial.line_bits | trial.step_bit, list[int]()
-    for pin in (pin for pin in range(16) if lines >> pin & 1):
-        trial.bench.end(f"main.P{pin}").listen(
-            lambda _level, pin=pin: touched.append(pin) if trial.drives >> pin & 1 else None  # type: ignore[misc]
-        )
+    trial.touched = touched.append
     want(trial.wait("look", 2_500), "hang", "never looks at its sensors")
+    trial.touched = None
     want(not touched, "handshake", "drives a line on its way to the first look")
-    digest = subject.sources["main"].split("Source:  ")[1][:8]
-    wanted = banner_text(Banner(1, "main", robot.name, subject.genome_digest, digest)) + "\r"
+    wanted = banner_text(trial.subject.banner("main")) + "\r"
     want(trial.said.rstrip(">") == wanted, "banner", f"says {trial.said!r}")
     prompts = trial.heard_ns[len(wanted) :]
     slices = [b - a for a, b in pairwise([*prompts, trial.now_ns])]
@@ -69,3 +85,19 @@ def _start(trial: MainTrial) -> None:
     want(whole >= LISTEN_MS * MS, "banner", f"listens for {whole / MS:.0f} ms")
     want(whole - slices[0] < LISTEN_MS * MS + 20 * MS, "banner", f"listens {whole / MS:.0f} ms")
     want(not trial.drives & lines, "handshake", "drives a line before its first decision")
+
+
+def _resets(new: Callable[[], MainTrial], wanted: Wanted) -> None:
+    """A reset lets go of all lines at once, and then it begins as from power-up."""
+    trial, (stimulus, right) = new(), wanted.hunts[1]
+    lines = trial.line_bits | trial.step_bit
+    trial.present(stimulus)
+    want(trial.wait("look", 2_500), "hang", "never looks at its sensors")
+    for time_ms in RESET_MS:
+        trial.go_on(time_ms)
+        trial.reset()
+        want(not trial.drives & lines, "resets", "keeps a line after a reset")
+        _start(trial)
+    want(trial.wait_decided(1_500), "resets", "decides nothing after a reset")
+    seen = trial.lines()
+    want(seen == right.command, "resets", f"{stimulus.text()} after a reset: {seen}")

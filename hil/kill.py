@@ -16,10 +16,11 @@ from pathlib import Path
 
 import click
 
-from cgagen.errors import CgagenError, SourceError
+from cgagen.errors import CgagenError, LackingError, SourceError
 from cgagen.files import write_text
 from cgagen.outputs import check_outputs
 from cgagen.tokenizer import compile_source
+from hil.emulated import BROKEN
 from hil.fate import (
     EQUIVALENT,
     NOT_COMPILED,
@@ -48,6 +49,10 @@ MUTANTS = 215
 IMPOSSIBLE = "electric"
 """The check that kills what the bench or the chip cannot do, such as outputs that fight."""
 
+LACKING = "unproven"
+"""The end of those that no check finds wrong and that cannot be judged in full: UNPROVEN, and so
+no PASS, for its user."""
+
 
 @cache
 def subject_for(role: str) -> Subject:
@@ -72,13 +77,18 @@ def judge(role: str, chip: str, mutant: Mutant) -> Fate:
         return Fate(role, chip, mutant, EQUIVALENT)
     try:
         if chip == "main":
-            judge_main(subject, _wanted(role), compiled)
+            judge_main(subject, _wanted(role), compiled.image)
         else:
             judge_legs(subject, compiled.image)
     except FailedCheck as failed:
         return Fate(role, chip, mutant, failed.check, failed.reason)
-    except (CgagenError, IndexError) as error:
+    except LackingError as error:
+        return Fate(role, chip, mutant, LACKING, str(error))
+    except BROKEN as error:
         return Fate(role, chip, mutant, IMPOSSIBLE, str(error))
+    except Exception as error:  # a bug of a check is no kill: it ends the run, and says where
+        error.add_note(f"while {role} {chip} line {mutant.line} was judged: {mutant.text()}")
+        raise
     return Fate(role, chip, mutant, SURVIVED)
 
 

@@ -10,6 +10,9 @@ from hil.trial import MS, answered, ignores, want
 PROMPT_MS = 2_500
 """The next prompt has come by then, or when the longest movement may be over. Choice."""
 
+LEAVING_FRAMES = 6
+"""Until a movement begins behind the bench, at most. Choice: twice those before any."""
+
 EXTRA_FRAMES = 3
 """Before and behind a movement, at most."""
 
@@ -17,7 +20,9 @@ EXTRA_FRAMES = 3
 def speaks(trial: LegsTrial, image: Image) -> None:
     """All requests, right and wrong, walked and dumped; then it waits for GO again."""
     answered(trial, "?Hab", "!Hab")
-    want(trial.holds, "handshake", "lets the step line go in bench mode")
+    if trial.has_step:
+        want(trial.holds, "handshake", "lets the step line go in bench mode")
+    trial.command(5)  # the lines are not read in here
     for request, command in (("?M0a", 0), ("?M0a", None), ("?M0a", None), ("?M7b", 7)):
         _bench_movement(trial, request, command)
     for request in ("?M8b", "?M/x", "?Zab", "?D/0", "?D0p", "?D10", "?Qab"):
@@ -36,6 +41,11 @@ def speaks(trial: LegsTrial, image: Image) -> None:
     want(set(trial.frames(began_ns, "gait")) == {trial.rest}, "bench", "does not centre")
     ignores(trial, "!C77")
     _bench_movement(trial, "?M7d", 7)
+    (_leave_line if trial.has_step else _leave_three_lines)(trial)
+
+
+def _leave_line(trial: LegsTrial) -> None:
+    """Behind the bench it waits for GO again."""
     want(not trial.step.level, "handshake", "lets the step line go in bench mode")
     began_ns = trial.now_ns
     answered(trial, "?Xzz", "!Xzz")
@@ -45,6 +55,19 @@ def speaks(trial: LegsTrial, image: Image) -> None:
     trial.command(2)
     trial.wait("pulse 6", 60)
     walk(trial, 2)
+
+
+def _leave_three_lines(trial: LegsTrial) -> None:
+    """Behind the bench it walks what the lines say."""
+    trial.command(2)
+    began_ns = trial.now_ns
+    answered(trial, "?Xzz", "!Xzz")
+    want(trial.wait("moved", LEAVING_FRAMES * FRAME_LIMIT_MS), "bench", "stands after leaving")
+    want(set(trial.frames(began_ns, "gait")) == {trial.rest}, "bench", "moves as it is left")
+    frames, began_ns = wanted_frames(trial.robot, 2, trial.rest), trial.rises[0][-1]
+    trial.go_on((len(frames) + 1) * FRAME_LIMIT_MS)
+    seen = trial.frames(began_ns, "gait")
+    want(seen[: len(frames)] == frames, "gait", "walks another movement after leaving")
 
 
 def late_hello(trial: LegsTrial) -> None:

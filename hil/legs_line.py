@@ -30,10 +30,7 @@ def walk(trial: LegsTrial, command: int) -> None:
     """Say GO in the middle of a frame; one movement has to follow."""
     frames = wanted_frames(trial.robot, command, trial.rest)
     went_ns = trial.now_ns
-    trial.other.set(0)
-    trial.go_on(GO_MS)
-    want(trial.holds, "handshake", f"does not take GO for {command}")
-    trial.other.set(None)
+    say_go(trial, command)
     trial.command(7 - command)
     want(
         trial.wait("step 1", len(frames) * FRAME_LIMIT_MS),
@@ -46,6 +43,15 @@ def walk(trial: LegsTrial, command: int) -> None:
     want(len(seen) == len(frames) + 1, "gait", f"{len(seen)} frames in movement {command}")
     want(seen[1:] == frames, "gait", f"pulses of movement {command}")
     trial.rest = frames[-1]
+
+
+def say_go(trial: LegsTrial, command: int) -> None:
+    """Say GO for a command, which has to be taken."""
+    trial.command(command)
+    trial.other.set(0)
+    trial.go_on(GO_MS)
+    want(trial.holds, "handshake", f"does not take GO for {command}")
+    trial.other.set(None)
 
 
 def line_kept_low(trial: LegsTrial) -> None:

@@ -59,7 +59,7 @@ class LegsTrial(Trial):
             bench.end(f"locomotion.P{servo.pin}").listen(self._listener(index))
         self._unit_ns = robot.locomotion.pulsout_unit_ns
         line = robot.link.step_line
-        self._step_bit = 1 << (line.locomotion_pin if line else 0)
+        self._step_bit = 1 << line.locomotion_pin if line else 0
         self.rest = standing(robot)
 
     def _listener(self, index: int) -> Callable[[int | None], None]:
@@ -70,7 +70,10 @@ class LegsTrial(Trial):
                 rises.append(self.now_ns)
                 self.event(f"pulse {index}")
             elif rises:
-                pulses.append((rises[-1], self.now_ns - rises[-1], index))
+                width_ns = self.now_ns - rises[-1]
+                pulses.append((rises[-1], width_ns, index))
+                if round(width_ns / self._unit_ns) != self.rest[index]:
+                    self.event("moved")
 
         return changed
 
@@ -79,6 +82,13 @@ class LegsTrial(Trial):
         """Whether the chip itself drives the step line low."""
         pins = self.chip.pins
         return bool(pins.directions & self._step_bit) and not pins.latch & self._step_bit
+
+    def reset(self) -> None:
+        """Reset the chip and forget what was before, the pulse that it has cut short too."""
+        super().reset()
+        self.pulses.clear()
+        for rises in self.rises:
+            rises.clear()
 
     def command(self, number: int) -> None:
         """Put a command on the lines."""

@@ -10,6 +10,7 @@ from cgagen.bench_protocol import (
     parse_dump,
     reading_text,
 )
+from cgagen.errors import LackingError
 from cgagen.stamp.image import Image
 from hil.main_trial import MainTrial, levels
 from hil.main_wanted import Wanted
@@ -41,7 +42,7 @@ def speaks(trial: MainTrial, wanted: Wanted, image: Image) -> None:
     answered(trial, "?Xzz", "!Xzz")
     want(trial.wait("look", 20), "bench", "does not hunt after leaving")
     soon_ms = SOON_MS + len(stimulus.sonars) * trial.robot.echo.trigger_gap_ms
-    want(trial.wait("step 0", soon_ms), "bench", "does not say GO soon after leaving")
+    want(trial.wait_decided(soon_ms), "bench", "does not tell its decision soon after leaving")
     want(trial.lines() == right.command, "bench", f"says {trial.lines()} after leaving")
 
 
@@ -108,6 +109,9 @@ def _dump(trial: MainTrial, image: Image) -> None:
 def _table(trial: MainTrial) -> None:
     """The whole table is what was evolved, also where no reading leads."""
     commands = bytes(commands_by_state(trial.subject))
-    at = trial.subject.images["main"].eeprom.find(commands)
+    at = trial.image.eeprom.find(commands)
+    if at < 0:
+        trial.lacks.append(LackingError("its commands lie nowhere in one piece, to be read back"))
+        return
     data = _dumped(trial, at // 32 * 32, (at + len(commands) - 1) // 32 * 32 + 31)
     want(commands in data, "table", "is another one")

@@ -15,9 +15,8 @@ from cgagen.errors import CgagenError, ExecutionError, RigError, TargetTimeout
 from cgagen.robot import Robot
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image, Use
-from cgagen.stamp.scan import lines_of
+from hil.anchors import Anchors, anchors_of
 from hil.emulated import DECISION_LIMIT_NS, PinsTarget
-from hil.layout import Place, layout_of, line_of_label
 from hil.roster import check_reading
 from hil.subject import Subject
 from hil.target import IMAGE, LATENCY, REGISTERS, STATE, Identity, Observation, Stimulus
@@ -33,7 +32,7 @@ class RegisterTarget(Closing):
     """The main controller's `Decide`, from a snapshot behind sensing.
 
     Args:
-        subject: what is on trial; its source says where `Decide` and its variables are.
+        subject: what is on trial.
         compile_source: the tokenizer.
         images: in place of the subject's own.
 
@@ -57,13 +56,6 @@ class RegisterTarget(Closing):
         self._pins = PinsTarget(subject, images)
         self._seq = count(1)
         self.compiled = compile_source(subject.sources["main"], subject.files["main"])
-        layout = layout_of(subject.sources["main"])
-        try:
-            self._words = _words_of(subject.robot, layout)
-            self._antennas = layout["antennas"].element
-            self._state = layout["state"].element
-        except KeyError as error:
-            raise RigError(f"{subject.where}: main source has no variable {error}") from error
         self._shifts = list(enumerate(subject.robot.link.main_pins))
 
     def open(self) -> None:
@@ -71,11 +63,14 @@ class RegisterTarget(Closing):
 
         Raises:
             RigError: the program in the image is not the source's, or senses otherwise.
+            LackingError: it does not decide as every generated program does.
             TargetTimeout: it never decides.
         """
-        self._check_program(self._pins.images["main"])
+        image = self._pins.images["main"]
+        self._check_program(image)
+        self._anchors = anchors_of(image, self.subject.robot)
         self._pins.open()
-        self.entry = self._entry_address()
+        self.entry = self._anchors.places.entry
         chip = self._to_decide(calibration(self.subject.robot))
         stop = chip.machine.memory.slots[chip.slot].header(chip.machine.gosubs[-1])
         # What `Decide` does not set, or leaves as it was, shows: 7 is on the lines before.
@@ -113,8 +108,8 @@ class RegisterTarget(Closing):
             took_ns = self._routine.call(registers)
         except CgagenError as error:
             raise TargetTimeout(f"{self.subject.where}: {error}") from error
-        words, command = self._routine.words, self._command(self._routine.latch)
-        state = words[self._state >> 1] >> 8 * (self._state & 1) & 0xFF
+        command = self._command(self._routine.latch)
+        state = self._anchors.state_in(self._routine.words)
         return Observation(next(self._seq), command, state, None, took_ns)
 
     def decide_all(self, stimuli: Sequence[Stimulus]) -> list[Observation]:
@@ -127,34 +122,21 @@ class RegisterTarget(Closing):
         This reaches the states that no reading leads to, too.
 
         Raises:
-            RigError: the program reads no table.
             TargetTimeout: it does not come back.
         """
         if self._table is None:
             chip = self._to_decide(calibration(self.subject.robot))
             stop = chip.machine.memory.slots[chip.slot].header(chip.machine.gosubs[-1])
-            read = self._table_address()
+            read = self._anchors.read
             limit_ns = self._pins.bench.clock.now_ns + DECISION_LIMIT_NS
             if not chip.run_until(lambda: chip.pc == read, limit_ns):
                 raise TargetTimeout(f"{self.subject.where}: Decide never comes to its table")
             self._table = Routine(chip, stop)
-        words = list(self._table.before)
-        index, shift = self._state >> 1, 8 * (self._state & 1)
-        words[index] = words[index] & ~(0xFF << shift) | state << shift
         try:
-            self._table.call(words)
+            self._table.call(self._anchors.with_state(list(self._table.before), state))
         except CgagenError as error:
             raise TargetTimeout(f"{self.subject.where}: {error}") from error
         return self._command(self._table.latch)
-
-    def _table_address(self) -> int:
-        """Return where the READ in `Decide` begins."""
-        statements = self.compiled.source_map.statements
-        lines = lines_of(self.compiled.source)
-        for one in statements:
-            if one.bit >= self.entry and lines[one.line - 1].lstrip().upper().startswith("READ "):
-                return one.bit
-        raise RigError(f"{self.subject.where}: {self.compiled.name} reads no table in Decide")
 
     def _command(self, latch: int) -> int:
         return sum((latch >> pin & 1) << bit for bit, pin in self._shifts)
@@ -162,15 +144,7 @@ class RegisterTarget(Closing):
     def registers(self, stimulus: Stimulus) -> list[int]:
         """Return the register file as sensing leaves it. Raises ReadingError."""
         check_reading(stimulus, self.subject.robot)
-        words = self._before.copy()
-        for index, one in zip(self._words, (*stimulus.sonars, *stimulus.lights), strict=True):
-            words[index] = one
-        left, right = stimulus.touched
-        shift = 4 * (self._antennas & 3)
-        levels = (not left) | (not right) << 1
-        index = self._antennas >> 2
-        words[index] = words[index] & ~(0xF << shift) | levels << shift
-        return words
+        return self._anchors.sensed(self._before, stimulus)
 
     def trace(self, stimulus: Stimulus) -> list[int]:
         """Return the source lines that `Decide` goes through, in order, each once in a row.
@@ -206,13 +180,6 @@ class RegisterTarget(Closing):
                 f"{self.subject.files['main']}, so its variables are unknown; try it by its pins"
             )
 
-    def _entry_address(self) -> int:
-        line = line_of_label(self.compiled.source, "Decide")
-        after = [s for s in self.compiled.source_map.statements if line and s.line > line]
-        if not after:
-            raise RigError(f"{self.subject.where}: {self.compiled.name} has no routine Decide")
-        return after[0].bit
-
     def _to_decide(self, stimulus: Stimulus) -> Chip:
         """Let the robot sense a stimulus; its main controller then stands at `Decide`."""
         self._pins.present(stimulus)
@@ -238,6 +205,7 @@ class RegisterTarget(Closing):
                 f"{there.command}; try it by its pins"
             )
 
+    _anchors: Anchors
     _routine: Routine
     _table: Routine | None
     _before: list[int]
@@ -247,12 +215,3 @@ def calibration(robot: Robot) -> Stimulus:
     """Return a reading whose counts all differ, with one antenna touched."""
     lights = (300, 400) if robot.light else ()
     return Stimulus(CALIBRATION_COUNTS[: len(robot.sonars)], (True, False), lights)
-
-
-def _words_of(robot: Robot, layout: dict[str, Place]) -> list[int]:
-    """Return the registers of the sonars' and the light sensors' counts."""
-    echo = layout["echo"].element
-    words = [echo + index for index in range(len(robot.sonars))]
-    if robot.light:
-        words += [layout[name].element for name in ("lightleft", "lightright")]
-    return words

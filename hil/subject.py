@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from cgagen.bench_protocol import VERSION, Banner, plain
 from cgagen.build import Build, read_record
 from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE, flags_of
 from cgagen.errors import FolderError, MismatchError, RigError
@@ -28,6 +29,7 @@ class Subject:
         images: what is executed, by chip.
         sources: PBASIC by chip; for line numbers, and judged against the images.
         files: name of each source.
+        source_digests: of the sources as they were built, which the banners say.
         where: what messages call it.
     """
 
@@ -36,6 +38,7 @@ class Subject:
     images: dict[str, Image]
     sources: dict[str, str] = field(repr=False)
     files: dict[str, str]
+    source_digests: dict[str, str]
     where: str
 
     @property
@@ -52,6 +55,21 @@ class Subject:
     def genome_digest(self) -> str:
         """The 8 digits that the banners say."""
         return self.origin_digest[:8]
+
+    @property
+    def plain_name(self) -> str:
+        """The robot's name as its programs say it."""
+        return plain(self.robot.name)
+
+    def banner(self, chip_name: str) -> Banner:
+        """Return what a controller has to say of itself, by robot, genome and `build.json`."""
+        return Banner(
+            VERSION,
+            chip_name,
+            self.plain_name,
+            self.genome_digest,
+            self.source_digests[chip_name],
+        )
 
     def genome_for_hunt(self) -> Genome:
         """Return the genome, which the simulator needs to hunt, too.
@@ -77,6 +95,7 @@ def subject_of(build: Build, where: str) -> Subject:
         {name: built.image for name, built in programs.items()},
         {name: built.program.source for name, built in programs.items()},
         {name: built.program.file for name, built in programs.items()},
+        {name: built.program.banner.source for name, built in programs.items()},
         where,
     )
 
@@ -97,6 +116,7 @@ def read_subject(folder: Path) -> Subject:
             for name, row in programs.items()
         }
         files = {name: row["source"] for name, row in programs.items()}
+        digests = {name: str(row["source_digest"]) for name, row in programs.items()}
     except (KeyError, ValueError) as error:
         raise FolderError(
             f"{folder}: {BENCH_FILE} and the files of build.json do not fit ({error}); "
@@ -104,7 +124,7 @@ def read_subject(folder: Path) -> Subject:
         ) from error
     robot = load_robot(str(folder / ROBOT_FILE))
     genome = load(folder / GENOME_FILE) if robot.role is Role.PREDATOR else None
-    return Subject(robot, genome, images, sources, files, str(folder))
+    return Subject(robot, genome, images, sources, files, digests, str(folder))
 
 
 def held(subject: Subject, robot: Robot | None, genome: Genome | None) -> Subject:

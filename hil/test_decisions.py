@@ -110,5 +110,5 @@ def test_the_longest_decision_and_all_frames_are_in_time(
 @pytest.mark.hil_req("GO", "BENCH", "FRAMES")
 def test_both_controllers_conduct_themselves(hil_subject: Subject, hil_judge: Judge) -> None:
     """On all lines and on the port: one chip at a time, the other one played by hand."""
-    trial = hil_judge(try_conduct(hil_subject, compile_source))
+    trial = hil_judge(try_conduct(hil_subject))
     assert trial.decisions == 2

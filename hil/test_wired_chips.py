@@ -76,7 +76,7 @@ def test_a_reset_of_the_main_controller_is_seen_and_clean() -> None:
             nonce = target.hook.nonce
             target.reset()
             assert target.hook.greeting is not None
-            assert target.hook.greeting.robot == one.robot.name
+            assert target.hook.greeting.robot == one.plain_name
             assert target.hook.nonce != nonce
             assert target.decide(reading).command == SimulatedTarget(one).decide(reading).command
         assert target.stale == 0

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from cgagen.bench_protocol import BAUD, BYTE_GAP_MS, PROMPT, PROMPT_GAP_MS
 from cgagen.emulator.chip import Coverage
 from cgagen.emulator.parts.signal import Signal
+from cgagen.emulator.wires import Wire
 from cgagen.stamp.image import Image
 from hil.emulated import robot_bench
 from hil.subject import CHIPS, Subject
@@ -17,6 +18,8 @@ MS = 1_000_000
 FOREVER_NS = 1 << 60
 BYTE_NS = 10 * 1_000_000_000 // BAUD
 STEP_PART = "other_side"
+RESET_NS = 2 * MS
+"""How long a reset is held. Choice: two bytes."""
 
 
 class FailedCheck(Exception):  # noqa: N818  a verdict, no error of anybody's
@@ -50,6 +53,7 @@ class Trial:
 
     Attributes:
         bench: the robot's.
+        has_step: whether there is a step line; the paper's own wiring is three lines alone.
         text: what the computer has heard, its own words included.
         heard_ns: when each of these bytes was there.
     """
@@ -63,15 +67,28 @@ class Trial:
         self.chip.coverage = coverage or self.chip.coverage
         (other,) = set(CHIPS) - {name}
         bench.reset(other, FOREVER_NS)
-        self.step = bench.wire("step")
-        self.other = bench.add_part(Signal(STEP_PART, bench.clock, self.step))
+        self.has_step = subject.robot.link.step_line is not None
+        self._line: list[tuple[Wire, Signal]] = []
         self.host = bench.host(name)
         self.text = bytearray()
         self.heard_ns: list[int] = []
         self._taken: int | None = None
         self._wanted: Callable[[str], bool] = lambda _event: False
         self.host.heard = self._heard
-        self.step.listen(lambda level: self.event(f"step {level}"))
+        if self.has_step:
+            wire = bench.wire("step")
+            self._line.append((wire, bench.add_part(Signal(STEP_PART, bench.clock, wire))))
+            wire.listen(lambda level: self.event(f"step {level}"))
+
+    @property
+    def step(self) -> Wire:
+        """The step line of a robot that has one."""
+        return self._line[0][0]
+
+    @property
+    def other(self) -> Signal:
+        """The other end of the step line."""
+        return self._line[0][1]
 
     @property
     def now_ns(self) -> int:
@@ -99,6 +116,15 @@ class Trial:
         self._taken = None
         self.text.clear()
         self.heard_ns.clear()
+
+    def reset(self) -> None:
+        """Reset the chip, for as long as a byte takes that was cut short; forget what was before.
+
+        It begins anew a tenth of a millisecond later.
+        """
+        self.bench.reset(self.chip.name, RESET_NS)
+        self.go_on((RESET_NS - 0.1 * MS) / MS)
+        self.forget()
 
     @property
     def said(self) -> str:

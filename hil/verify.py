@@ -118,7 +118,7 @@ def _with_walks(report: Report, subject: Subject, compile_source: Compile) -> No
     report.add("movements", try_walks(subject))
     trial, report.evidence.timing = try_timing(subject)
     report.add("timing", trial)
-    report.add("conduct", try_conduct(subject, compile_source))
+    report.add("conduct", try_conduct(subject))
 
 
 def pin_readings(subject: Subject, level: Level, seed: int = SEED) -> list[Stimulus]:

@@ -119,10 +119,10 @@ class WiredChip(Closing):
                 f"{port}: the {banner.chip} controller is behind it, not the {self.chip} "
                 "controller; give the other port"
             )
-        if (banner.robot, banner.genome) != (subject.robot.name, subject.genome_digest):
+        if (banner.robot, banner.genome) != (subject.plain_name, subject.genome_digest):
             raise IdentityError(
                 f"{port}: the chip holds {banner.robot} with genome {banner.genome}, not "
-                f"{subject.robot.name} with {subject.genome_digest}; load that build"
+                f"{subject.plain_name} with {subject.genome_digest}; load that build"
             )
 
 

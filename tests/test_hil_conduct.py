@@ -11,6 +11,8 @@ from cgagen.robot.reader import parse_robot
 from cgagen.tokenizer import Tokenizer
 from hil.conduct import try_conduct
 from hil.equivalence import Verdict
+from hil.kill import judge, subject_for
+from hil.mutate import all_mutants
 from hil.registers import RegisterTarget
 from hil.subject import Subject, read_subject, subject_of
 from tests.firmware_cases import GENOME, PREDATOR, built
@@ -27,7 +29,7 @@ def subject(case: str) -> Subject:
     "case", ["predator-srf04", "predator-bs2e", "predator-bs2p-legs", "prey-silent"]
 )
 def test_robots_of_other_make_conduct_themselves(case: str, tokenizer: Tokenizer) -> None:
-    trial = try_conduct(subject(case), tokenizer.compile)
+    trial = try_conduct(subject(case))
     assert (trial.verdict, trial.reason) == (Verdict.PASS, "")
     assert trial.agreed == {0: 1, 1: 1}
 
@@ -41,7 +43,7 @@ def test_a_slow_robot_may_take_its_time(tokenizer: Tokenizer) -> None:
         ("push_frames = 11 ", "push_frames = 24 "),
     )
     build = make_build(parse_robot(text, "slow.toml"), GENOME, tokenizer)
-    trial = try_conduct(subject_of(build, "slow"), tokenizer.compile)
+    trial = try_conduct(subject_of(build, "slow"))
     assert (trial.verdict, trial.reason) == (Verdict.PASS, "")
 
 
@@ -64,7 +66,7 @@ FAULTS = [
 def test_what_readings_and_movements_do_not_show_is_seen(
     chip: str, old: str, new: str, reason: str, tokenizer: Tokenizer
 ) -> None:
-    trial = try_conduct(changed(subject("predator"), chip, old, new, tokenizer), tokenizer.compile)
+    trial = try_conduct(changed(subject("predator"), chip, old, new, tokenizer))
     assert trial.verdict is Verdict.FAIL
     assert reason in trial.reason
     assert sum(trial.agreed.values()) == 1
@@ -79,32 +81,61 @@ def changed(one: Subject, chip: str, old: str, new: str, tokenizer: Tokenizer) -
     return replace(one, sources={**one.sources, chip: source}, images={**one.images, chip: image})
 
 
-def test_without_a_step_line_nothing_is_said(tokenizer: Tokenizer) -> None:
-    trial = try_conduct(subject("prey-free-running"), tokenizer.compile)
-    assert trial.verdict is Verdict.NOT_TRIED
-    assert "no step line" in trial.reason
-
-
-def test_a_source_of_another_image_leaves_its_chip_out(tokenizer: Tokenizer) -> None:
+def test_images_are_judged_whatever_their_sources_say(tokenizer: Tokenizer) -> None:
     one = subject("predator")
     other = {
         **one.sources,
         "main": one.sources["main"].replace("GoTime          CON     100", "GoTime CON 9"),
     }
-    trial = try_conduct(replace(one, sources=other), tokenizer.compile)
-    assert (trial.verdict, trial.tried) == (Verdict.PASS, {0: 1})
+    trial = try_conduct(replace(one, sources=other))
+    assert (trial.verdict, trial.tried) == (Verdict.PASS, {0: 1, 1: 1})
 
 
-def test_a_source_without_the_names_of_a_generated_one_is_unproven(tokenizer: Tokenizer) -> None:
+def test_what_cannot_be_judged_in_full_is_unproven_and_a_fault_in_it_is_seen(
+    tokenizer: Tokenizer,
+) -> None:
+    """Telemetry in two statements, of which the first has no number: 255 is never come to."""
     one = subject("predator")
-    source = one.sources["main"].replace("decisions", "looks    ")
-    image = tokenizer.compile(source, "main.bsp").image
-    other = replace(
-        one, sources={**one.sources, "main": source}, images={**one.images, "main": image}
+    split = changed(
+        one,
+        "main",
+        ' [":", DEC decisions,',
+        ' [":"]\n  SEROUT Port, Baud, [DEC decisions,',
+        tokenizer,
     )
-    trial = try_conduct(other, tokenizer.compile)
+    trial = try_conduct(split)
     assert trial.verdict is Verdict.UNPROVEN
-    assert "main.bsp lacks" in trial.reason
+    assert "main.bsp: cannot be judged in full: no statement says" in trial.reason
+    assert trial.agreed == {0: 0, 1: 1}
+    worse = changed(split, "main", "  PAUSE GoTime", "  PAUSE GoTime - 1", tokenizer)
+    assert try_conduct(worse).verdict is Verdict.FAIL
+
+
+def test_a_number_that_is_copied_before_it_is_said_is_unproven(tokenizer: Tokenizer) -> None:
+    """To overwrite the copy changes nothing: that is no fault of the program."""
+    old, new = (
+        '  SEROUT Port, Baud, [":", DEC decisions,',
+        '  nearest = decisions\n  SEROUT Port, Baud, [":", DEC nearest,',
+    )
+    trial = try_conduct(changed(subject("predator"), "main", old, new, tokenizer))
+    assert trial.verdict is Verdict.UNPROVEN
+    assert "is not that of the variable which says it" in trial.reason
+
+
+def test_a_bug_of_a_check_is_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither a robot that is unproven nor a mutant that is killed: it ends the run."""
+
+    def broken(*_words: object) -> None:
+        raise IndexError("list index out of range")
+
+    monkeypatch.setattr("hil.judge_main.decisions", broken)
+    with pytest.raises(IndexError):
+        try_conduct(subject("predator"))
+    source = subject_for("prey").sources["main"]
+    mutant = next(one for one in all_mutants(source) if one.kind == "threshold")
+    with pytest.raises(IndexError) as caught:
+        judge("prey", "main", mutant)
+    assert any("while prey main line" in note for note in caught.value.__notes__)
 
 
 def test_a_command_that_is_left_as_it_was_shows_from_registers(tokenizer: Tokenizer) -> None:

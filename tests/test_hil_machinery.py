@@ -116,7 +116,7 @@ def test_a_planted_wrong_gene_fails_with_its_line(predator: Subject, tokenizer: 
     wrong = with_image(predator, {at: predator.images["main"].eeprom[at] ^ 1})
     report = verify(wrong, tokenizer.compile)
     failed = {name for name, trial in report.trials.items() if trial.verdict is Verdict.FAIL}
-    assert failed == {"sources", "table", "registers", "cells", "emulator"}
+    assert failed == {"sources", "table", "registers", "cells", "emulator", "conduct"}
     assert (report.verdict, report.verdict.exit_code) == (Verdict.FAIL, 9)
     small = report.smallest
     assert small is not None

@@ -270,10 +270,6 @@ def test_timing_is_of_the_robot(predator: Subject) -> None:
     assert timing is not None
     assert timing.longest_frame_ns <= 45_000_000
     assert timing.jitter_ns < 1_000
-    free = replace(
-        predator, robot=replace(predator.robot, link=replace(predator.robot.link, step_line=None))
-    )
-    assert try_timing(free)[0].verdict is Verdict.NOT_TRIED
 
 
 def test_wrong_files_are_sentences(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 import textwrap
 
-from cgagen.firmware.columns import plain
+from cgagen.bench_protocol import plain
 from cgagen.firmware.pins import PinUse, locomotion_pins, main_pins
 from cgagen.robot.values import SLOW_MODELS, Robot
 

@@ -37,15 +37,3 @@ def data(label: str, values: Iterable[object], width: int, comment: str = "") ->
 def camel(name: str) -> str:
     """Return `front_left` as `FrontLeft`."""
     return "".join(part.capitalize() for part in name.split("_"))
-
-
-def plain(text: str, most: int = 32) -> str:
-    """Return a user's text as one word of printable ASCII, for comments and the banner.
-
-    >>> plain('Käfer "2"')
-    'K_fer_2'
-    """
-    word = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in text)
-    while "__" in word:
-        word = word.replace("__", "_")
-    return word.strip("_")[:most] or "robot"

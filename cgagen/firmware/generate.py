@@ -4,10 +4,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cgagen.bench_protocol import VERSION, Banner, banner_text
+from cgagen.bench_protocol import VERSION, Banner, banner_text, plain
 from cgagen.errors import GenomeError
 from cgagen.files import digest
-from cgagen.firmware.columns import plain
 from cgagen.firmware.locomotion_words import locomotion_words
 from cgagen.firmware.main_words import main_words
 from cgagen.firmware.render import Renderer

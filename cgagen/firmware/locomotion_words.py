@@ -3,7 +3,7 @@
 from typing import Any
 
 from cgagen import bench_protocol as protocol
-from cgagen.firmware.columns import con, data, declare, plain
+from cgagen.firmware.columns import con, data, declare
 from cgagen.firmware.common_words import (
     common_words,
     movement_legend,
@@ -37,7 +37,7 @@ def locomotion_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
     return (
         common_words(robot, model, uses)
         | {
-            "title": f"{plain(robot.name)}: locomotion controller, {model.name}",
+            "title": f"{protocol.plain(robot.name)}: locomotion controller, {model.name}",
             "genome_note": _genome_note(robot, genome),
             "pins": [
                 {"declaration": declare(use.name, "PIN", use.pin, use.what)}

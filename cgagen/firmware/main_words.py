@@ -4,7 +4,7 @@ from typing import Any
 
 from cgagen import bench_protocol as protocol
 from cgagen.counts import FARTHEST_COUNT
-from cgagen.firmware.columns import camel, con, data, declare, plain
+from cgagen.firmware.columns import camel, con, data, declare
 from cgagen.firmware.common_words import (
     common_words,
     movement_legend,
@@ -34,7 +34,7 @@ def main_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
     uses = main_pins(robot)
     letter = nibble(robot.link.main_pins)
     words = common_words(robot, model, uses) | {
-        "title": f"{plain(robot.name)}: main controller, {model.name}",
+        "title": f"{protocol.plain(robot.name)}: main controller, {model.name}",
         "pins": [
             {"declaration": declare(use.name, "PIN", use.pin, use.what)} for use in uses if use.name
         ],
@@ -198,7 +198,7 @@ def _prey(robot: Robot) -> dict[str, Any]:
         ("both antennas, left side open", reflex.both_left_open),
         ("both antennas, right side open", reflex.both_right_open),
     ]
-    policy = plain(reflex.policy_name)
+    policy = protocol.plain(reflex.policy_name)
     return {
         "genome_note": f"File:    {robot.digest[:8]}, the first digits of the robot file's SHA-256",
         "policy_name": policy,

@@ -11,6 +11,7 @@ from cgagen.bench_protocol import (
     TELEMETRY,
     Fault,
     parse_banner,
+    plain,
 )
 from cgagen.counts import NO_ECHO_COUNT, UNLIT_COUNT
 from cgagen.robot import Robot, Sonar, load_robot, shipped
@@ -98,7 +99,7 @@ class Decoder:
         banner = parse_banner(text)
         if banner is not None:
             words = f"{banner.chip} controller of {banner.robot}, genome {banner.genome}"
-            other = "" if banner.robot == self.robot.name else f"; read as {self.robot.name}"
+            other = "" if banner.robot == plain(self.robot.name) else f"; read as {self.robot.name}"
             return Line(words + other, {"kind": "banner", **banner._asdict()})
         for sign, kind in ((FAULT, "fault"), (ANSWER, "answer")):
             before, found, word = text.rpartition(sign)

@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
+from cgagen.bench_protocol import plain
 from cgagen.errors import IdentityError, RigError
-from cgagen.firmware.columns import plain
 from cgagen.monitor.decode import Decoder, Line
 from cgagen.monitor.listen import Listener, Port
 from cgagen.robot import Robot

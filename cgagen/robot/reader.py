@@ -102,7 +102,7 @@ def parse_arena(text: str, file: str) -> Arena:
     top = Table.parse(file, text)
     top.text("format", ("cgagen-arena-1",))
     arena = Arena(
-        name=top.text("name"),
+        name=top.label("name"),
         side_units=top.number("side_units", 50, 10_000),
         units_per_in=top.number("units_per_in", 0.01, 1000),
         longest_units=top.number("longest_units", 50, 20_000),
@@ -132,7 +132,7 @@ def parse_robot(text: str, file: str) -> Robot:
     role = Role(top.text("role", tuple(Role)))
     predator = role is Role.PREDATOR
     robot = Robot(
-        name=top.text("name"),
+        name=top.label("name"),
         role=role,
         telemetry=top.flag("telemetry"),
         main=_main(top.table("main")),
@@ -225,7 +225,7 @@ def _reflex(table: Table) -> Reflex:
     tables = table.table("policies")
     policies = {}
     for name in tables.keys():
-        policy = tables.table(name)
+        policy = tables.table(tables.checked_label(name, name))
         policies[name] = Policy(
             alarm_in=policy.number("alarm_in", 0.5, FARTHEST_IN),
             answers=tuple(_movement(policy, sonar) for sonar in SONARS[Role.PREY]),

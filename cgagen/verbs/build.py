@@ -56,8 +56,8 @@ def build_verb(
       CGAGEN_NODE       the Node program to use, before PATH
       CGAGEN_TOKENIZER  the tokenizer's index.js to use, instead of the cache
     """
+    from cgagen.bench_protocol import plain
     from cgagen.build import check_build_folder, make_build, write_build
-    from cgagen.firmware.columns import plain
     from cgagen.genome import Standing, load, origin_text
     from cgagen.robot import load_robot
     from cgagen.tokenizer import Tokenizer

@@ -65,8 +65,8 @@ def calibrate_verb(
     `_cm` or `_mm` may stand for `_in`. Movements that do not fit their mirror image or their
     inverse, repeats far from the others, and sensors that differ are pointed out.
     """
+    from cgagen.bench_protocol import plain
     from cgagen.calibrate import calibrate, read_measurements
-    from cgagen.firmware.columns import plain
     from cgagen.robot import load_arena, load_robot
 
     if not date.isprintable():

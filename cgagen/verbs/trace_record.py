@@ -127,7 +127,7 @@ def _subject_of(
     if body is None:
         raise TypeError("a robot is wanted where no build is")
     if target == "simulator":
-        return Subject(body, table, {}, {}, {}, where)
+        return Subject(body, table, {}, {}, {}, {}, where)
     from cgagen.build import make_build
     from cgagen.tokenizer import Tokenizer
 

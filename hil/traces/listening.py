@@ -94,7 +94,7 @@ class Listener:
         )
 
     def _check(self, banner: Banner) -> None:
-        robot, genome = self._subject.robot.name, self._subject.genome_digest
+        robot, genome = self._subject.plain_name, self._subject.genome_digest
         if (banner.robot, banner.genome) != (robot, genome):
             raise IdentityError(
                 f"{self.port}: {banner.robot} with genome {banner.genome} is at work there, not "

@@ -14,6 +14,7 @@ from cgagen.errors import CgagenError
 from cgagen.inputs import TRACE, decoded, gunzipped, read_bytes
 from hil.frames import Frame
 from hil.messages import BY_ID, HOST
+from hil.traces.packed import heard, trouble_of_blf
 from hil.traces.values import refused
 
 CHANNEL = "can0"
@@ -151,10 +152,16 @@ def _messages(path: Path, name: str) -> Iterator[Row]:
             "its times count from frame to frame, which python-can takes for absolute ones",
             "export it with absolute times",
         )
+    if suffix == ".blf" and (trouble := trouble_of_blf(data)):
+        raise refused(name, "", trouble, "record it in parts")
     number, channel = 0, None
     try:
         # Each is given a file of ours, because one that fails on its first bytes leaves it open.
-        with io.BytesIO(data) as file, io.TextIOWrapper(file, "latin-1") as text:
+        with (
+            heard() as skipped,
+            io.BytesIO(data) as file,
+            io.TextIOWrapper(file, "latin-1") as text,
+        ):
             if suffix == ".blf":
                 messages: Iterable[Any] = _whole(BLFReader(file), len(data), name)
             else:
@@ -170,7 +177,12 @@ def _messages(path: Path, name: str) -> Iterator[Row]:
                         "keep one bus in a file",
                     )
                 channel = message.channel
+                if skipped.words:
+                    break
                 yield row
+            if skipped.words:
+                where = f"behind frame {number}"
+                raise refused(name, where, f"python-can leaves a line out ({skipped.words})")
     except CgagenError:
         raise
     except Exception as error:  # its readers raise whatever a broken file leads them to

@@ -80,7 +80,7 @@ def test_a_blf_that_unpacks_to_too_much_is_not_unpacked(tmp_path: Path) -> None:
     buffer = io.BytesIO()
     head = struct.pack("<4sL", b"LOGG", 144) + bytes(136)
     buffer.write(head + container)
-    assert trouble_of_blf(buffer.getvalue()) == "unpacks to more than 16,777,216 bytes"
+    assert trouble_of_blf(buffer.getvalue()) == "unpacks to more than 8,388,608 bytes"
     path = tmp_path / "a.blf"
     path.write_bytes(buffer.getvalue())
     with pytest.raises(TraceError, match="unpacks to more than"):

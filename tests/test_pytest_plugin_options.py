@@ -80,7 +80,7 @@ def test_what_has_no_effect_without_another_is_refused_where_it_was_typed(tmp_pa
 
 
 FREE = {"target", "level", "seed", "trace", "record", "vcd", "coverage", "artifacts", "report"}
-FREE |= {"reruns", "require"}
+FREE |= {"reruns", "require", "force"}
 """Options that say something whatever else is given."""
 
 

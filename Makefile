@@ -73,6 +73,8 @@ hil-mutants: setup         ## do the firmware's checks notice small changes of i
 	mkdir -p $(KILLS)
 	$(BIN)/python -m hil.kill --robot predator --out $(KILLS)/kills-predator.json
 	$(BIN)/python -m hil.kill --robot prey --out $(KILLS)/kills-prey.json
+	$(BIN)/python -m hil.kill 60 --robot predator-free
+	$(BIN)/python -m hil.kill 60 --robot prey-free
 	$(BIN)/python -m hil.covered
 
 clean:                     ## forget the environment, caches and runs

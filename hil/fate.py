@@ -19,6 +19,11 @@ SURVIVORS = Path(__file__).parent / "survivors.toml"
 ROLES = ("predator", "prey")
 PROGRAMS = tuple((role, chip) for role in ROLES for chip in CHIPS)
 
+FREE = {f"{role}-free": role for role in ROLES}
+"""The same robots built for three lines alone, without a step line."""
+
+FREE_PROGRAMS = tuple((role, chip) for role in FREE for chip in CHIPS)
+
 NOT_COMPILED, EQUIVALENT, SURVIVED = "does not compile", "same image", "survived"
 PROVEN = "proven equal"
 """No check notices it, and no check could: `hil.proof` shows that it decides alike everywhere."""
@@ -31,7 +36,7 @@ class Fate:
     """What became of a mutant.
 
     Attributes:
-        role: of the robot.
+        role: of the robot, or a name in `FREE`.
         chip: `main` or `locomotion`.
         mutant: the change.
         end: the check that killed it, or one of the words `APART`.

@@ -19,10 +19,12 @@ import click
 from cgagen.errors import CgagenError, LackingError, SourceError
 from cgagen.files import write_text
 from cgagen.outputs import check_outputs
-from cgagen.tokenizer import compile_source
+from cgagen.tokenizer import Tokenizer, compile_source
 from hil.emulated import BROKEN
 from hil.fate import (
     EQUIVALENT,
+    FREE,
+    FREE_PROGRAMS,
     NOT_COMPILED,
     PROGRAMS,
     PROVEN,
@@ -38,6 +40,7 @@ from hil.kills import MATRIX, matrix, record_of, record_text, summary
 from hil.main_wanted import Wanted, wanted_of
 from hil.mutate import Mutant, all_mutants, choose
 from hil.proof import Proof, prove
+from hil.rates import freed
 from hil.subject import CHIPS, Subject, read_subject
 from hil.trial import FailedCheck
 
@@ -56,7 +59,10 @@ no PASS, for its user."""
 
 @cache
 def subject_for(role: str) -> Subject:
-    """Return the checked-in firmware of a robot."""
+    """Return the checked-in firmware of a robot, or the same robot's for three lines."""
+    if role in FREE:
+        with Tokenizer() as tokenizer:
+            return freed(read_subject(FIRMWARE / FREE[role]), tokenizer)
     return read_subject(FIRMWARE / role)
 
 
@@ -147,7 +153,7 @@ def _in_decide(fate: Fate) -> bool:
 @click.command()
 @click.argument("number", type=click.IntRange(1), default=MUTANTS)
 @click.option("--all", "every", is_flag=True, help="All mutants that there are.")
-@click.option("--robot", type=click.Choice(ROLES), help="This robot's programs alone.")
+@click.option("--robot", type=click.Choice((*ROLES, *FREE)), help="This robot's programs alone.")
 @click.option("--out", type=click.Path(path_type=Path), help="The matrix as JSON, of one --robot.")
 @click.option("--force", is_flag=True, help="Overwrite what is no matrix of ours.")
 def main(number: int, every: bool, robot: str | None, out: Path | None, force: bool) -> None:
@@ -155,7 +161,7 @@ def main(number: int, every: bool, robot: str | None, out: Path | None, force: b
 
     Ends with 1 where a survivor is not reviewed.
     """
-    if out is not None and robot is None:
+    if out is not None and robot not in ROLES:
         raise click.UsageError("--out holds one robot's matrix: say which, with --robot")
     if out is not None:
         try:
@@ -175,7 +181,7 @@ def main(number: int, every: bool, robot: str | None, out: Path | None, force: b
 def _told(fates: list[Fate]) -> str:
     """Return the matrix of each program, and all survivors."""
     rows = []
-    for role, chip in PROGRAMS:
+    for role, chip in (*PROGRAMS, *FREE_PROGRAMS):
         mine = [one for one in fates if (one.role, one.chip) == (role, chip)]
         rows += [f"\n{role} {chip}\n", matrix(mine)] if mine else []
     rows.append("\nsurvivors that were looked at:")

@@ -9,6 +9,7 @@ from cgagen.outputs import begins
 from hil.fate import (
     APART,
     EQUIVALENT,
+    FREE_PROGRAMS,
     NOT_COMPILED,
     PROGRAMS,
     PROVEN,
@@ -48,7 +49,7 @@ def matrix(fates: Iterable[Fate]) -> str:
 def summary(fates: Iterable[Fate]) -> str:
     """Return a line per program."""
     fates, rows = list(fates), []
-    for role, chip in PROGRAMS:
+    for role, chip in (*PROGRAMS, *FREE_PROGRAMS):
         mine = [one for one in fates if (one.role, one.chip) == (role, chip)]
         if not mine:
             continue

@@ -13,6 +13,7 @@ from cgagen.tokenizer import compile_source
 from hil import covered
 from hil.fate import (
     EQUIVALENT,
+    FREE_PROGRAMS,
     NOT_COMPILED,
     PROGRAMS,
     PROVEN,
@@ -91,6 +92,18 @@ def test_a_sample_of_the_mutants_is_killed(sampled: list[Fate]) -> None:
     assert len(judged) >= 0.9 * 2 * sum(SAMPLE.values())
     assert len({one.end for one in judged}) >= 5
     assert re.search(r"^comparison +", matrix(sampled), re.M)
+
+
+def test_a_sample_on_three_lines_is_killed() -> None:
+    fates = []
+    for role, chip in FREE_PROGRAMS:
+        source = subject_for(role).sources[chip]
+        assert "StepLine" not in source
+        fates += [judge(role, chip, one) for one in choose(all_mutants(source), SAMPLE[chip] // 2)]
+    survivors = [f"{one.role} {one.chip} {one.mutant.text()}" for one in unreviewed(proven(fates))]
+    assert not survivors
+    judged = [one for one in fates if one.end != NOT_COMPILED]
+    assert sum(one.killed for one in judged) >= 0.8 * len(judged)
 
 
 def test_a_survivor_that_nobody_has_looked_at_is_told() -> None:

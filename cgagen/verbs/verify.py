@@ -114,7 +114,7 @@ def verify_verb(
       0   PASS: all decisions are the simulator's
       7   BLOCKED: a target is sick or holds another program
       9   FAIL: a decision is not the simulator's
-      11  UNPROVEN: not enough could be tried
+      11  UNPROVEN: not enough could be tried, or something was left out: its row says why
     """  # noqa: D301  click's sign for lines that stay as they are
     from cgagen.build.record import FILES as BUILD_FILES
     from cgagen.tokenizer import Tokenizer

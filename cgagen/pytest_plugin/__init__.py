@@ -67,6 +67,7 @@ from cgagen.pytest_plugin.session import (
     Ears,
     HilSession,
 )
+from cgagen.shown import printable
 
 if TYPE_CHECKING:
     from hil.target import Target
@@ -271,7 +272,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     if lines:
         terminalreporter.section("firmware on trial")
         for line in lines:
-            terminalreporter.write_line(line)
+            terminalreporter.write_line(printable(line))
 
 
 def _of_firmware(item: pytest.Item) -> bool:

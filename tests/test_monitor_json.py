@@ -61,6 +61,6 @@ def test_raw_bytes_and_json_exclude_each_other(capsys: pytest.CaptureFixture[str
 def test_a_port_of_the_board_is_never_chosen(
     verb: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(ports_module, "all_ports", lambda: (PortInfo("/dev/no-board-port"),))
+    monkeypatch.setattr(ports_module, "all_ports", lambda: (PortInfo("/dev/no-port"),))
     assert main(verb) == 7
-    assert "auto: no USB adapter is there; the ports are /dev/no-board-port" in capsys.readouterr().err
+    assert "auto: no USB adapter is there; the ports are /dev/no-port" in capsys.readouterr().err

@@ -90,11 +90,11 @@ def test_the_echo_of_a_break_comes_before_its_answer() -> None:
 def test_what_a_host_left_unsent_is_not_sent(hello: Image) -> None:
     server = serve(bench_of_image(hello), "tcp:0")
     port = server.endpoints[0].port.port
-    port.baudrate = 300
-    with connect(server.url) as data:
-        data.sendall(b"x" * 200)
-        while not port.out_waiting:
+    with connect(server.url):
+        while not server.endpoints[0].present:
             server.turn()
+        port.write(b"x" * 200)
+        assert port.out_waiting
     while server.endpoints[0].present:
         server.turn()
     assert not port.out_waiting

@@ -5,9 +5,14 @@ from typing import ClassVar
 
 from cgagen.emulator.bench import Bench
 from cgagen.emulator.chip import Chip
+from cgagen.emulator.commands.serial_line import line_of
+from cgagen.emulator.expressions import depends_on_pins
+from cgagen.emulator.line_watch import LineWatch
 from cgagen.emulator.parts.part import Part
 from cgagen.emulator.parts.uart import Uart
 from cgagen.emulator.pins import SIN
+from cgagen.stamp.program import Kind
+from cgagen.stamp.serial_mode import DEBUG_MODE, SerialMode, usual
 
 More = Callable[[bool], bytes | None]
 """Asked for more to type; the argument says that the chip can do nothing without it. Returns
@@ -20,7 +25,7 @@ class Conversation(Part):
     Where the bench has something else on SIN, the terminal only shows what the chip sends.
 
     Text waits until the chip waits for a byte there, so that nothing is lost. With `at_once` it
-    goes out as it comes, at 9,600 baud, and what no SERIN takes is lost, as on a desk.
+    goes out as it comes, and what no SERIN takes is lost, as on a desk.
 
     Args:
         bench: with the chip on it.
@@ -29,12 +34,19 @@ class Conversation(Part):
         more: where text comes from.
         at_once: see above.
         echo: what is typed comes back over the board's wiring, and is seen.
+        mode: of the terminal, both ways.
 
     Attributes:
         silent: nothing more will be typed.
+        typed: bytes that were.
+        mode: see above.
+        watch: of what the chip sends.
+        listened: how a SERIN listened to what was typed, where that is not the terminal's mode.
     """
 
-    CIRCUIT: ClassVar[frozenset[str]] = frozenset({"_chip", "_host", "_more", "_seen"})
+    CIRCUIT: ClassVar[frozenset[str]] = frozenset(
+        {"_chip", "_host", "_more", "_seen", "listened", "watch"}
+    )
 
     def __init__(
         self,
@@ -45,12 +57,18 @@ class Conversation(Part):
         *,
         at_once: bool = False,
         echo: bool = False,
+        mode: SerialMode = DEBUG_MODE,
     ) -> None:
         super().__init__(f"{chip.name}_terminal", bench.clock)
         self.silent = False
+        self.typed = 0
+        self.mode = mode
+        self.listened: SerialMode | None = None
+        self.watch = LineWatch(bench.clock, chip.pins.sout, mode)
         self._chip = chip
         self._more = more
         self._host = _line_of(bench, chip.name, echo)
+        self._host.baud, self._host.seven_even = mode
         self._host.heard = self._heard
         self._seen = seen
         if not self._host.sends:
@@ -94,7 +112,23 @@ class Conversation(Part):
     def _send(self, text: bytes | None) -> None:
         self.silent = text is None
         if text:
+            self.typed += len(text)
+            listens = listening_mode(self._chip)
+            if listens is not None and not self.mode.is_heard_as(listens):
+                self.listened = listens
             self._host.send(text)
+
+
+def listening_mode(chip: Chip) -> SerialMode | None:
+    """Return the mode of the SERIN under way on the programming port; None for none."""
+    waiting = chip.waiting
+    if waiting is None or waiting.pin != SIN:
+        return None
+    baud = chip.step_at(chip.pc).instruction.operand("baud")
+    if baud is None or any(token.kind is Kind.READ and depends_on_pins(token) for token in baud):
+        return None
+    line = line_of(chip.machine.timing, chip.machine.evaluator.value(baud), SIN)
+    return SerialMode(usual(1_000_000_000 / line.bit_ns), line.seven_even)
 
 
 def _line_of(bench: Bench, chip: str, echo: bool) -> Uart:

@@ -30,7 +30,9 @@ READER_S = 1.0
 
 
 @contextmanager
-def locked_port(name: str, baud: int = BAUD) -> Iterator[serial.SerialBase]:
+def locked_port(
+    name: str, baud: int = BAUD, seven_even: bool = False
+) -> Iterator[serial.SerialBase]:
     """Lock and open a port, and close it whatever happens; see `open_port`.
 
     Raises:
@@ -39,7 +41,7 @@ def locked_port(name: str, baud: int = BAUD) -> Iterator[serial.SerialBase]:
     lock = PortLock(name)
     lock.take()
     try:
-        port = open_port(name, baud)
+        port = open_port(name, baud, seven_even)
         try:
             yield port
         finally:
@@ -48,7 +50,7 @@ def locked_port(name: str, baud: int = BAUD) -> Iterator[serial.SerialBase]:
         lock.release()
 
 
-def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
+def open_port(name: str, baud: int = BAUD, seven_even: bool = False) -> serial.SerialBase:
     """Open a port with DTR and RTS off, which leaves a Stamp alone from then on.
 
     The opening itself raises DTR for a moment on most systems, which may reset a Stamp
@@ -58,6 +60,7 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
         name: device path or URL of pyserial's, with `?control=HOST:PORT` where DTR and BREAK
             are elsewhere (`cgagen.link.steered`).
         baud: bits per second.
+        seven_even: seven data bits and even parity instead of eight and none.
 
     Raises:
         RigError: it cannot be opened, or another program has it open, as far as that can be seen.
@@ -73,6 +76,8 @@ def open_port(name: str, baud: int = BAUD) -> serial.SerialBase:
         else:
             port = serial.serial_for_url(base, do_not_open=True)
         port.baudrate, port.timeout = baud, READ_S
+        if seven_even:
+            port.bytesize, port.parity = serial.SEVENBITS, serial.PARITY_EVEN
         with suppress(OSError, ValueError):
             port.dtr, port.rts = False, False
         with warnings.catch_warnings():

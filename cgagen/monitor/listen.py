@@ -2,11 +2,14 @@
 
 import time
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Protocol
 
 from cgagen.errors import RigError
 from cgagen.link.why import LOST
 from cgagen.monitor.echo import EchoFilter
+from cgagen.monitor.rates import ENOUGH_BYTES, slower_rate
+from cgagen.stamp.serial_mode import DEBUG_MODE
 
 Sink = Callable[[bytes], None]
 Typed = Callable[[], bytes | None]
@@ -41,6 +44,7 @@ class Listener:
         sinks: given every byte that the chip sends, without the echo of what was typed.
         note: told, once each, what seems to be wrong with the line.
         now_s: a clock.
+        baud: of the port.
 
     Attributes:
         received: bytes of the chip's.
@@ -53,8 +57,10 @@ class Listener:
         sinks: Sequence[Sink],
         note: Callable[[str], None],
         now_s: Callable[[], float] = time.monotonic,
+        baud: int = DEBUG_MODE.baud,
     ) -> None:
         self.received = 0
+        self._baud = baud
         self._name = name
         self._port = port
         self._sinks = sinks
@@ -95,19 +101,33 @@ class Listener:
                 "both, or there is no such wiring; type less at a time, or look at the cable"
             )
         self._recent += data
-        if len(self._recent) < GARBAGE_BYTES:
-            return
+        if len(self._recent) >= GARBAGE_BYTES:
+            self._judge()
+
+    def end(self) -> None:
+        """The session is over: what came last is judged, too."""
+        if len(self._recent) >= ENOUGH_BYTES:
+            self._judge()
+
+    def _judge(self) -> None:
+        """Say what is to be said of the last bytes, and forget them."""
         strange = sum(byte not in _CONTROL and not 32 <= byte < 127 for byte in self._recent)
+        # A sender that is slower by far makes one 0 after the other; no program clears so often.
+        strange += sum(one == next_one == 0 for one, next_one in pairwise(self._recent))
         if strange > GARBAGE_SHARE * len(self._recent):
+            rate = slower_rate(bytes(self._recent), self._baud)
+            fits = "" if rate is None else f": {rate} would fit"
             self._once(
                 f"{self._name}: much of what comes is no text; the program may send at another "
-                "rate (--baud), or the line is inverted or has no ground"
+                f"rate (--baud{fits}), or the line is inverted or has no ground",
+                "garbage",
             )
         self._recent.clear()
 
-    def _once(self, sentence: str) -> None:
-        if sentence not in self._said:
-            self._said.add(sentence)
+    def _once(self, sentence: str, about: str = "") -> None:
+        about = about or sentence
+        if about not in self._said:
+            self._said.add(about)
             self._note(sentence)
 
 

@@ -8,11 +8,16 @@ are is not judged here, for a busy computer cannot keep them. `HostPort` judges 
 """
 
 from collections.abc import Callable
+from typing import TypeVar
 
-from cgagen.bench_protocol import BAUD, BYTE_GAP_MS, PROMPT_GAP_MS
+from cgagen.bench_protocol import BYTE_GAP_MS, PROMPT_GAP_MS
 from cgagen.emulator.host_port import HostPort
+from cgagen.emulator.line_watch import LineWatch
 from cgagen.emulator.loader import Phase
 from cgagen.emulator.pins import SIN
+from cgagen.stamp.serial_mode import SerialMode
+
+Value = TypeVar("Value", int, float, str)
 
 SLICE_NS = 5_000_000
 """How far a chip goes while it listens in vain, before the host is asked again. Choice."""
@@ -23,7 +28,7 @@ RUN_NS = 4_000_000
 LOOK_NS = 100_000
 """How often somebody looks whether it listens by now. Choice."""
 
-CHARACTER_NS = 10 * 1_000_000_000 // BAUD
+CHARACTER_BITS = 10
 
 GAP_NS = BYTE_GAP_MS * 1_000_000
 """Behind each character that a program is to take: HEX needs time to store a number."""
@@ -41,6 +46,10 @@ class PacedPort:
     Args:
         port: on the bench.
         deliver: called when what has been heard must reach the host before what follows.
+
+    Attributes:
+        on_other_rate: told once, for each speed that a host has set, that the chip sends in
+            another mode than that, and in which.
     """
 
     cts = dsr = ri = cd = False
@@ -50,6 +59,15 @@ class PacedPort:
         self.deliver = deliver
         self.rts = False
         self.xonxoff = self.rtscts = False
+        self.on_other_rate: Callable[[SerialMode, SerialMode], object] = lambda _sent, _heard: None
+        self._bits, self._parity = 8, "N"
+        self._told = False
+        self._watch = LineWatch(port.bench.clock, port.chip.pins.sout, self.mode)
+
+    @property
+    def mode(self) -> SerialMode:
+        """How the host listens and speaks."""
+        return SerialMode(self.port.baudrate, self.port.uart.seven_even)
 
     @property
     def listens(self) -> bool:
@@ -70,10 +88,15 @@ class PacedPort:
         for byte in data:
             self.port.uart.send(bytes([byte]))
             running = self.port.loader.phase is Phase.RUNNING
-            self._advance(CHARACTER_NS + GAP_NS * running)
+            character_ns = CHARACTER_BITS * 1_000_000_000 // self.port.baudrate
+            self._advance(character_ns + GAP_NS * running)
 
     def take(self) -> bytes:
         """Return what has been heard."""
+        fits = None if self._told else self._watch.fitting(over=False)
+        if fits is not None:
+            self._told = True
+            self.on_other_rate(fits, self.mode)
         return self.port.uart.take()
 
     def release(self) -> None:
@@ -112,30 +135,33 @@ class PacedPort:
 
     @property
     def baudrate(self) -> int:
-        """Bits per second; at any but 9,600 the chip hears garbage."""
+        """Bits per second; the loader and DEBUG have 9,600, a SERIN what its program says."""
         return self.port.baudrate
 
     @baudrate.setter
     def baudrate(self, baud: int) -> None:
         self.port.baudrate = baud
+        self._changed()
 
     @property
     def bytesize(self) -> int:
-        """Bits of a character: eight."""
-        return 8
+        """Bits of a character: eight, or seven with even parity."""
+        return self._bits
 
     @bytesize.setter
     def bytesize(self, bits: int) -> None:
-        _only(bits, 8)
+        self._bits = _only(bits, 8, 7)
+        self._changed()
 
     @property
     def parity(self) -> str:
-        """None."""
-        return "N"
+        """None with eight bits, or even with seven; a host sets one after the other."""
+        return self._parity
 
     @parity.setter
     def parity(self, parity: str) -> None:
-        _only(parity, "N")
+        self._parity = _only(parity, "N", "E")
+        self._changed()
 
     @property
     def stopbits(self) -> float:
@@ -161,6 +187,12 @@ class PacedPort:
     def _advance(self, ns: int) -> None:
         self.port.run(self._now_ns + ns)
 
+    def _changed(self) -> None:
+        self.port.uart.seven_even = (self._bits, self._parity) == (7, "E")
+        if self.mode != self._watch.mode:
+            self._watch.set_mode(self.mode)
+            self._told = False
+
     def _settle(self) -> None:
         """Let the chip see what its lines do, and no more."""
         until_ns = self._now_ns + MOST_SETTLE_NS
@@ -169,6 +201,7 @@ class PacedPort:
         self.deliver()
 
 
-def _only(value: object, wanted: object) -> None:
-    if value != wanted:
-        raise ValueError(f"a Stamp's port is 8N1 and not {value!r}")
+def _only(value: Value, *wanted: Value) -> Value:
+    if value not in wanted:
+        raise ValueError(f"a Stamp's port is 8N1 or 7E1, which has no {value!r}")
+    return value

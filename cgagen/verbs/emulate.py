@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from cgagen.verbs.baud import BaudType
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.environment import TOOLCHAIN
 from cgagen.verbs.named_file import bench_at
@@ -41,6 +42,7 @@ _PORT = "Serve the programming port instead: rfc2217:0, tcp:0, pty; of a bench C
 @click.option("--for", "limit_ns", type=TimeType(), help="Stop after this time.  [default: 10s]")
 @click.option("--until-end", is_flag=True, help="Run until END or STOP, however long.")
 @click.option("--input", "text", metavar="TEXT", help="What a user types; - for stdin.")
+@click.option("--baud", type=BaudType(), metavar="MODE", help="Of the terminal.  [default: 9600]")
 @click.option("--pin", "pins", metavar="3=1", multiple=True, help="Hold a pin; repeatable.")
 @click.option("--port", "ports", metavar="PLACE", multiple=True, help=_PORT)
 @click.option(
@@ -75,6 +77,7 @@ def emulate_verb(console: Console, /, file: Path | None, **given: Any) -> int:
     unasked, too, if that is a terminal, a pipe, or a file from its beginning (with --realtime a
     terminal): no more of it than the program takes, so a shell's loop keeps its list. A bench
     file's programs read it only if asked. Text waits until it is taken; the end of a line is CR.
+    --baud 2400, or 2400-7E1, is for programs with other words than DEBUG's in SERIN and SEROUT 16.
 
     Exit code 0 at END or STOP and when the time is over.
 

@@ -25,6 +25,7 @@ def report(run: EmulateRun, file: Path, outcome: Outcome | None, given: dict[str
         outcome: how it ended; None where the user stopped it.
         given: the options of the verb.
     """
+    run.tell_mode()
     now_s = run.bench.clock.now_ns / 1e9
     waits = _waits(run) if outcome is None or not outcome.ended else None
     if run.as_json:
@@ -32,7 +33,11 @@ def report(run: EmulateRun, file: Path, outcome: Outcome | None, given: dict[str
     else:
         run.end_line()
         _tell_durations(run)
-    notes = [*fault_notes(run.bench.parts_of(Fault)), *([waits] if waits else [])]
+    notes = [
+        *fault_notes(run.bench.parts_of(Fault)),
+        *_other_rate(run),
+        *([waits] if waits else []),
+    ]
     if run.chip.ended is not None and not any(run.chip.eeprom(run.chip.slot)):
         notes.append(
             f"slot {run.chip.slot} of {run.chip.name} holds no program, and the chip has come to "
@@ -73,6 +78,8 @@ def _data(
         "output": run.sent.decode("latin-1"),
         "floating": run.bench.floated,
         "waits": waits,
+        "baud": None if run.terminal is None else str(run.terminal.mode),
+        "baud_fits": None if run.fits is None else str(run.fits),
         "parts": {name: told for name, told in parts.items() if told},
     }
     if run.durations is not None:
@@ -97,8 +104,21 @@ def _waits(run: EmulateRun) -> str | None:
     if waiting is None or not run.chip.waits_for_ever:
         return None
     if waiting.pin == SIN:
-        return f"{run.where(run.chip)}: the program waits for input that does not come (--input)"
+        listened = None if run.terminal is None else run.terminal.listened
+        what = "input that does not come (--input)" if listened is None else f"input at {listened}"
+        return f"{run.where(run.chip)}: the program waits for {what}"
     return f"{run.where(run.chip)}: the program waits for P{waiting.pin} to become {waiting.level}"
+
+
+def _other_rate(run: EmulateRun) -> list[str]:
+    """Return what to say of input that no SERIN could read as it was typed."""
+    terminal = run.terminal
+    if terminal is None or terminal.listened is None or run.fits == terminal.listened:
+        return []
+    return [
+        f"the program listens at {terminal.listened}, and what was typed came at {terminal.mode}: "
+        f"--baud {terminal.listened} speaks to it"
+    ]
 
 
 def _unended(run: EmulateRun, outcome: Outcome) -> str:
@@ -106,5 +126,7 @@ def _unended(run: EmulateRun, outcome: Outcome) -> str:
     if outcome.why is Why.LOOP:
         return f"it goes round in an empty loop at {run.where(run.chip)}; mend the program"
     if outcome.why is Why.WAITS:
+        if run.terminal is not None and run.terminal.listened is not None:
+            return f"it listens at another rate; give --baud {run.terminal.listened}"
         return "it waits for what does not come; wire it in a bench file, or give --input"
     return "give it more with --for, or mend the program"

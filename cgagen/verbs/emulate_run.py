@@ -19,6 +19,7 @@ from cgagen.emulator.screen import CR, Screen
 from cgagen.emulator.session import Outcome, run_session
 from cgagen.emulator.trace import line_at
 from cgagen.errors import BenchError, CgagenError, ExecutionError
+from cgagen.stamp.serial_mode import DEBUG_MODE, SerialMode
 from cgagen.verbs.console import Console
 from cgagen.verbs.keyboard import from_nobody, from_stdin, from_text, is_given
 
@@ -40,6 +41,8 @@ class EmulateRun:
         durations: of its routines, where they are wanted.
         parts: names of those that the bench file has.
         single: it is a program alone, and no bench file.
+        terminal: of the chip, once the run has begun.
+        fits: the mode in which the chip sends, where that is not the terminal's.
     """
 
     console: Console
@@ -52,6 +55,8 @@ class EmulateRun:
         self.sent = bytearray()
         self.last = CR
         self.durations: Durations | None = None
+        self.terminal: Conversation | None = None
+        self.fits: SerialMode | None = None
         self.parts = tuple(self.bench.parts)
 
     def go(self, given: dict[str, Any]) -> Outcome | None:
@@ -64,8 +69,15 @@ class EmulateRun:
             self._typed(given["text"], at_once),
             at_once=at_once,
             echo=given["echo"],
+            mode=given["baud"] or DEBUG_MODE,
         )
-        between: Callable[[], None] = _pace(self.bench, conversation.look) if at_once else _nothing
+        self.terminal = conversation
+        pace: Callable[[], None] = _pace(self.bench, conversation.look) if at_once else _nothing
+
+        def between() -> None:
+            pace()
+            self.tell_mode(over=False)
+
         limit_ns = NEVER_NS if given["until_end"] else given["limit_ns"] or DEFAULT_LIMIT_NS
         try:
             return run_session(self.bench, self.chip, conversation, limit_ns, between)
@@ -81,6 +93,19 @@ class EmulateRun:
         if text == "-" or (text is None and self.single and is_given(at_once)):
             return from_stdin(at_once, self._ask)
         return from_nobody() if text is None else from_text(text)
+    def tell_mode(self, over: bool = True) -> None:
+        """Say once that chip and terminal have different rates, and which would fit."""
+        terminal = self.terminal
+        if terminal is None or self.fits is not None:
+            return
+        self.fits = terminal.watch.fitting(over)
+        if self.fits is not None:
+            terminal.watch.close()
+            self.end_line()
+            self.console.note(
+                f"note: {self.chip.name} sends at {self.fits}, and the terminal listens at "
+                f"{terminal.mode}: --baud {self.fits} shows what it says"
+            )
 
     def note_floating(self, end: str) -> None:
         """Say that a pin was read that nothing drives."""

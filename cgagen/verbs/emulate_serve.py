@@ -1,7 +1,7 @@
 """`cgagen emulate --port`: the chips' programming ports for other programs, until Ctrl-C."""
 
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -17,12 +17,14 @@ from cgagen.link.steered import SIGN
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.chips import chip as chip_row
 from cgagen.stamp.image import Image
+from cgagen.stamp.serial_mode import SerialMode
 from cgagen.verbs.console import Console
 from cgagen.verbs.emulate_bench import chip_of, hold_pin, load_bench
 from cgagen.verbs.emulate_files import check_files, recorded
 
 if TYPE_CHECKING:
     from cgagen.serve import Server
+    from cgagen.serve.paced import PacedPort
 
 _ASTRAY = "; the chip does nothing until its next reset"
 
@@ -53,12 +55,30 @@ def serve_ports(console: Console, file: Path | None, given: dict[str, Any]) -> i
         stack.callback(server.close)
         for endpoint in server.endpoints:
             endpoint.port.port.on_fault = lambda error: console.note(f"note: {error}{_ASTRAY}")
+            endpoint.port.on_other_rate = _other_rate(console, endpoint.port.port.chip.name)
+            if given["baud"] is not None:
+                _set_mode(endpoint.port, given["baud"])
         _tell(replace(console, as_json=given["as_json"] or console.as_json), file, ports, server)
         try:
             server.run(given["limit_ns"] or NEVER_NS)
         except KeyboardInterrupt:
             console.note(f"stopped at {bench.clock.now_ns / 1e9:.3f} s of the chips' time")
     return 0
+
+
+def _set_mode(port: "PacedPort", mode: SerialMode) -> None:
+    """Set what a host sees that sets no speed itself; one on RFC 2217 does."""
+    port.baudrate = mode.baud
+    if mode.seven_even:
+        port.bytesize, port.parity = 7, "E"
+
+
+def _other_rate(console: Console, chip: str) -> Callable[[SerialMode, SerialMode], None]:
+    """Return what says that a host listens at another rate than a chip sends at."""
+    return lambda sent, heard: console.note(
+        f"note: {chip} sends at {sent}, and who is on its port listens at {heard}: set --baud "
+        f"{sent} there, or here where that sets none"
+    )
 
 
 def _erased(model: str | None) -> Bench:

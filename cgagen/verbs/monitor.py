@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from cgagen.verbs.baud import BaudType
 from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.emulate import TimeType
 from cgagen.verbs.written import OUTPUT, check, in_folder
@@ -20,10 +21,14 @@ PORT_HELP = (
 LONGEST_LINE = 4_096
 """Characters of the chip's without a CR that become an object of JSON all the same. Choice."""
 
+BAUD_HELP = "Bits per second; 2400-7E1 for seven bits and even parity."
+
 
 @click.command("monitor")
 @click.option("--port", default="auto", show_default=True, metavar="PORT", help=PORT_HELP)
-@click.option("--baud", type=click.IntRange(300, 230_400), default=9600, show_default=True)
+@click.option(
+    "--baud", type=BaudType(), default="9600", show_default=True, metavar="MODE", help=BAUD_HELP
+)
 @click.option("--raw", is_flag=True, help="Bytes as they come, on a terminal, too.")
 @click.option("--timestamps", is_flag=True, help="Seconds since the start before every line.")
 @click.option("--log", type=OUTPUT, metavar="FILE", help="Write what comes to a file, too.")
@@ -79,13 +84,13 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
     # The log comes second: a port that does not open costs nobody an older log.
     with (
         stack,
-        locked_port(port, given["baud"]) as wire,
+        locked_port(port, *given["baud"]) as wire,
         _log(given["log"]) as log,
     ):
         limit_s = None if given["limit_ns"] is None else given["limit_ns"] / 1e9
         ends = "" if limit_s is None else f", or --for after {limit_s:g} s"
         console.note(f"{port}: listening at {given['baud']} baud; Ctrl-C ends it{ends}")
-        listener = Listener(port, wire, [*sinks, *log], console.note)
+        listener = Listener(port, wire, [*sinks, *log], console.note, baud=given["baud"].baud)
         try:
             if given["reset"]:
                 reset_by_dtr(port, wire)
@@ -96,6 +101,7 @@ def _listen(console: Console, port: str, given: dict[str, Any]) -> None:
             )
         except KeyboardInterrupt:
             console.note("")
+        listener.end()
     console.note(f"{port}: {listener.received} bytes in {time.monotonic() - began_s:.1f} s")
 
 

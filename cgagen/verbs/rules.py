@@ -118,7 +118,7 @@ FREE: dict[str, tuple[str, ...]] = {
     "verify": ("GENOME", "--robot", "--build", "--target", "--legs", "--trace", "--force"),
     "compile": ("FILE", "--output", "--map", "--force"),
     "emulate": (
-        "FILE", "--model", "--chip", "--pin", "--json", "--realtime", "--vcd", "--trace",
+        "FILE", "--model", "--chip", "--pin", "--baud", "--json", "--realtime", "--vcd", "--trace",
         "--coverage", "--force",
     ),
     "ports": ("--identify",),

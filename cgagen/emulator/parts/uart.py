@@ -121,6 +121,17 @@ class Uart(Part):
             self._baud = baud
 
     @property
+    def seven_even(self) -> bool:
+        """7 bits and even parity, both ways; a change spoils what is being sent."""
+        return self._seven_even
+
+    @seven_even.setter
+    def seven_even(self, seven_even: bool) -> None:
+        if seven_even != self._seven_even:
+            self.drop()
+            self._seven_even = seven_even
+
+    @property
     def sends(self) -> bool:
         """Whether there is a wire that it sends on."""
         return self._transmit is not None

@@ -97,13 +97,20 @@ def test_both_verbs_have_the_option(tmp_path: Path) -> None:
     ):
         server = subprocess.Popen(
             [*command, "emulate", source, "--port", place, "--realtime", *serving],
+            stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
         assert server.stdout is not None
         url = re.split(rb"\s+", server.stdout.readline())[1].decode()
         monitor = [*command, "monitor", "--port", url, "--for", "2s", "--input", "", *listening]
-        ran = subprocess.run(monitor, capture_output=True, check=False, timeout=LIMIT_S)
+        ran = subprocess.run(
+            monitor,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            check=False,
+            timeout=LIMIT_S,
+        )
         server.terminate()
         _, err = server.communicate(timeout=LIMIT_S)
         assert ran.returncode == 0

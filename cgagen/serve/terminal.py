@@ -13,7 +13,7 @@ from cgagen.serve.stream import Stream
 
 
 class PtyEndpoint(Controlled):
-    """A pseudo terminal. Its own speed and BREAK reach nobody; `--baud` and the control socket do."""
+    """A pseudo terminal. Its own speed and BREAK reach nobody; the control socket has BREAK."""
 
     sleepless = True
 

@@ -93,6 +93,7 @@ class EmulateRun:
         if text == "-" or (text is None and self.single and is_given(at_once)):
             return from_stdin(at_once, self._ask)
         return from_nobody() if text is None else from_text(text)
+
     def tell_mode(self, over: bool = True) -> None:
         """Say once that chip and terminal have different rates, and which would fit."""
         terminal = self.terminal

@@ -9,7 +9,7 @@ WORKERS ?= 2
 # The tokenizer runs in Node; where PATH has none of version 18 or later, a wheel brings it.
 NODE_EXTRA := $(shell node -e 'process.exit(parseInt(process.versions.node) < 18 ? 1 : 0)' 2>/dev/null || echo ,node)
 
-.PHONY: demo test check hil hil-colony hil-parting firmware benchmark paper mutants fuzz-inputs hil-mutants clean setup clients
+.PHONY: demo test check hil hil-colony hil-parting firmware benchmark paper mutants fuzz-inputs kills hil-mutants clean setup clients
 
 $(VENV)/.installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -68,6 +68,9 @@ mutants: setup             ## do the emulator's tests notice small changes of it
 
 fuzz-inputs: setup         ## damaged files of every kind for every reader: does each say what is wrong?
 	$(BIN)/python -m tests.fuzz_inputs --count 20000 --seed 1
+
+kills: setup               ## is anything half done left of verbs that are killed at any moment?
+	$(BIN)/python -m tests.kill_verbs --count 300
 
 hil-mutants: setup         ## do the firmware's checks notice small changes of it? which lines are met?
 	mkdir -p $(KILLS)

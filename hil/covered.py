@@ -13,6 +13,7 @@ from cgagen.emulator.chip import Coverage
 from cgagen.emulator.coverage_report import SourceCoverage, cover_source
 from cgagen.errors import MismatchError
 from cgagen.stamp.compiled import Compiled
+from cgagen.stamp.scan import lines_of
 from cgagen.tokenizer import compile_source
 from cgagen.words import Role
 from hil.anchors import Anchors, anchors_of
@@ -51,7 +52,7 @@ class Covered:
 
     def missed(self) -> list[str]:
         """Return the lines that were not executed or not decided both ways, comments off."""
-        texts = self.source.source.split("\n")
+        texts = lines_of(self.source.source)
         return [
             " ".join(texts[line.line - 1].partition("  '")[0].split())
             for line in self.source.lines

@@ -85,7 +85,7 @@ class Compiled:
 
     Attributes:
         name: what the source is called in messages, usually its file name.
-        source: its text, as given.
+        source: its text, as given; blanks for control characters that mean nothing.
         image: EEPROM, flags and model.
         variables: how many of each size.
         source_map: statement by statement.

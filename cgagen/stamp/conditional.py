@@ -22,8 +22,8 @@ from cgagen.stamp.constants import (
 TRUE = 0xFFFF
 
 _MODELS = {"BS2": 2, "BS2E": 3, "BS2SX": 4, "BS2P": 5, "BS2PE": 6}
-_STAMP = re.compile(r"\{\$STAMP\s+(\w+)", re.IGNORECASE)
-_LANGUAGE = re.compile(r"\{\$PBASIC\s+(\d)\.(\d)", re.IGNORECASE)
+_STAMP = re.compile(r"'[ \t]*\{[ \t]*\$STAMP[ \t]+(\w+)", re.IGNORECASE)
+_LANGUAGE = re.compile(r"'[ \t]*\{[ \t]*\$PBASIC[ \t]+(\d)\.(\d)", re.IGNORECASE)
 _PIECE = re.compile(r"\"[^\"\r\n]*\"?|'[^\r\n]*|#[A-Za-z]+|\r\n|[\s\S]", re.IGNORECASE)
 _COMPARISONS: dict[str, Callable[[int, int], bool]] = {
     "=": lambda a, b: a == b,

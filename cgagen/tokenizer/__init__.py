@@ -80,9 +80,9 @@ class Tokenizer(Closing):
             raise refusal(
                 sent.text, name, record["error"], record["error_start"], record["error_length"]
             )
-        compiled = _compiled(source, sent, name, record)
+        compiled = _compiled(sent, name, record)
         refuse_wrong_pins(compiled)
-        compiled = replace(compiled, warnings=warnings_of(compiled, sent.strays))
+        compiled = replace(compiled, warnings=warnings_of(compiled, source, sent.strays))
         for warning in compiled.warnings:
             self._warn(f"{name}:{warning.line}:{warning.column}: warning: {warning.text}")
         return compiled
@@ -141,13 +141,13 @@ def compile_source(source: str, name: str = "program") -> Compiled:
     return _shared.compile(source, name)
 
 
-def _compiled(source: str, sent: Sent, name: str, record: dict[str, Any]) -> Compiled:
-    lines = Lines(source)
+def _compiled(sent: Sent, name: str, record: dict[str, Any]) -> Compiled:
+    lines = Lines(sent.source)
     places = ((sent.original(offset), bit) for offset, bit in record["map"])
     image = Image(chip_of_target(record["target"]), record["eeprom"], record["flags"])
     return Compiled(
         name=name,
-        source=source,
+        source=sent.source,
         image=image,
         variables=VariableCounts(*record["variables"]),
         source_map=SourceMap(

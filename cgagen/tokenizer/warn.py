@@ -5,38 +5,62 @@ import re
 from cgagen.stamp.compiled import Compiled, SourceWarning
 from cgagen.stamp.constants import NotUnderstoodError
 from cgagen.stamp.layout import layout_of, place_in
-from cgagen.stamp.scan import blanked, pieces_of
+from cgagen.stamp.scan import blanked, lines_of, pieces_of
 from cgagen.stamp.wording import variable
-from cgagen.tokenizer.text import Lines
+from cgagen.tokenizer.text import Lines, parts_of
 
 _STRING = re.compile(r"\b((?:WAIT)?STR)\s+(?:\?\s*)?(\w+)\s*(?![\w\s(=])", re.IGNORECASE)
 
 _NAMED = {"\f": "a form feed", "\x1a": "Ctrl-Z"}
 
+_LATER = re.compile(r"\{[ \t]*\$(?:STAMP|PBASIC|PORT)\b", re.IGNORECASE)
 
-def warnings_of(compiled: Compiled, strays: tuple[int, ...]) -> tuple[SourceWarning, ...]:
+
+def warnings_of(
+    compiled: Compiled, source: str, strays: tuple[int, ...]
+) -> tuple[SourceWarning, ...]:
     """Return the warnings of a source, in its order.
 
     Args:
-        compiled: the source and what came of it.
+        compiled: what came of it.
+        source: as it was given.
         strays: places of control characters in its code (`Sent.strays`).
     """
-    return tuple(sorted([*_stray(compiled.source, strays), *_word_strings(compiled)]))
+    found = [*_stray(source, strays), *_unseen_directives(source), *_word_strings(compiled)]
+    return tuple(sorted(found))
 
 
 def _stray(source: str, strays: tuple[int, ...]) -> list[SourceWarning]:
     """Return a warning for the first of each kind of control characters.
 
-    The tokenizer skips them between statements. Ref: S3, by compiling.
+    The tokenizer ends a line at each, which makes no difference there. Ref: S3, by compiling.
     """
     lines, first = Lines(source), {source[offset]: offset for offset in reversed(strays)}
     return [
         SourceWarning(
             *lines.place(offset),
-            f"{_NAMED[char]} is taken for a blank; leave it out",
+            f"{_NAMED.get(char, f'the control character {ord(char)}')} is taken for a blank; "
+            "leave it out",
         )
         for char, offset in first.items()
     ]
+
+
+def _unseen_directives(source: str) -> list[SourceWarning]:
+    """Return a warning for each directive that stands behind another one in its comment.
+
+    The tokenizer reads none but the first. Ref: S3, by compiling.
+    """
+    warnings: list[SourceWarning] = []
+    if source.count("$") < 2:  # one $STAMP is in any source
+        return warnings
+    for number, line in enumerate(lines_of(source), 1):
+        code, said, rest = parts_of(line) if line.count("$") > 1 else ("", "", "")
+        later = _LATER.search(rest) if said else None
+        if later is not None:
+            words = "the tokenizer does not see a directive behind another; give it its own line"
+            warnings.append(SourceWarning(number, len(code + said) + later.start() + 1, words))
+    return warnings
 
 
 def _word_strings(compiled: Compiled) -> list[SourceWarning]:

@@ -9,6 +9,7 @@ what was tried has to stand somewhere, to be tried again. `-` is read where a ve
 
 import errno
 import os
+import re
 import stat
 import zlib
 from dataclasses import dataclass
@@ -96,6 +97,35 @@ def read_bytes(path: Path | str, kind: Kind) -> bytes:
             return _limited(file, path, kind)
     except (OSError, ValueError) as error:
         raise refused(path, kind, f"cannot be read ({_why(error)})") from error
+
+
+def named_alike(folder: Path, name: str) -> list[str]:
+    """Return what a folder has under a name, or else under that name in other letters' case.
+
+    Windows, where many of these files are made, takes them for one.
+    """
+    if name in (".", "..") or os.path.lexists(folder / name):
+        return [name]
+    try:
+        return sorted(one for one in os.listdir(folder) if one.casefold() == name.casefold())
+    except (OSError, ValueError):
+        return []
+
+
+def alike(path: Path) -> Path | None:
+    """Return the one file that a path leads to if a backslash parts folders and case is ignored.
+
+    None where there is none, or several.
+    """
+    if os.path.lexists(path):
+        return path
+    place = Path(path.anchor)
+    for part in re.split(r"[\\/]", str(path.relative_to(path.anchor))):
+        found = named_alike(place, part)
+        if len(found) != 1:
+            return None
+        place = place / found[0]
+    return place
 
 
 def read_bytes_if_there(path: Path | str, kind: Kind) -> bytes | None:

@@ -6,9 +6,11 @@ import pytest
 
 from cgagen.cli import main
 from cgagen.errors import SourceError
+from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
-from cgagen.tokenizer.project import found_in
+from cgagen.tokenizer.project import ProjectSources, found_in
 
+ROOT = Path(__file__).parent.parent
 SECOND = '\' {$STAMP BS2p}\nDEBUG "b"\nEND\n'
 
 
@@ -134,3 +136,59 @@ def test_a_warning_is_printed_with_its_place(
         assert f"{file}:6:1: warning: Ctrl-Z is taken for a blank" in said
         assert main(["-q", *verb]) == 0
         assert capsys.readouterr().err == ""
+
+
+def test_a_name_of_a_further_file_s_own_stays_its_own(project: Path) -> None:
+    """`x.bsp` of the first source is not the one beside a further source that names one, too."""
+    (project / "Sub" / "x.bsp").write_text(SECOND.replace('"b"', '"wrong"'))
+    (project / "x.bsp").write_text(SECOND.replace('"b"', '"x"'))
+    (project / "Sub" / "other.bsp").write_text(SECOND.replace("BS2p", "BS2p, x.bsp"))
+    (project / "a.bsp").write_text(first("sub\\other.bsp, X.BSP"))
+    with Tokenizer() as tokenizer:
+        found = ProjectSources(tokenizer, pytest.fail).compile_all(project / "a.bsp")
+    assert [Path(one.name).relative_to(project).as_posix() for one in found] == [
+        "a.bsp",
+        "Sub/other.bsp",
+        "x.bsp",
+    ]
+
+
+@pytest.mark.parametrize("name", ["A.BSP", "../PROJECT/a.bsp", "..\\project\\A.bsp", ".\\a.bsp"])
+def test_a_bench_names_its_files_so_too(
+    project: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (project / "a.bsp").write_text(first("sub\\OTHER.bsp"))
+    bench = project / "bench.toml"
+    bench.write_text(f"format = \"cgagen-bench-1\"\n[chip.main]\nsource = '{name}'\n")
+    assert main(["emulate", str(bench), "--for", "1s"]) == 0
+    assert capsys.readouterr().out == "ab"
+    assert main(["compile", str(project / "nextone.bsp"), "-o", str(project / "Sub/b.bin")]) == 0
+    bench.write_text(
+        'format = "cgagen-bench-1"\n[chip.main]\nmodel = "BS2p"\nimage = \'SUB\\B.BIN\'\n'
+    )
+    capsys.readouterr()
+    assert main(["emulate", str(bench), "--for", "1s"]) == 0
+    assert capsys.readouterr().out == "b"
+
+
+def test_one_program_in_two_slots(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (project / "a.bsp").write_text(first("nextone.bsp, nextone.bsp"))
+    assert main(["flash", str(project / "a.bsp"), "--dry-run"]) == 0
+    out = capsys.readouterr().out
+    assert "slot byte 01h" in out
+    assert "slot byte 02h" in out
+
+
+def test_a_build_has_no_further_slots(
+    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    templates = tmp_path / "templates"
+    templates.mkdir()
+    ours = (ROOT / "templates" / "_identity.j2").read_text()
+    more = ours.replace("{$STAMP {{ stamp }}}", "{$STAMP {{ stamp }}, more.bsp}")
+    assert more != ours
+    (templates / "_identity.j2").write_text(more)
+    words = ["build", "--robot", "servobot-prey", "-o", str(tmp_path / "b")]
+    assert main([*words, "--templates", str(templates)]) == 6
+    assert "names more.bsp, and a build has one program for each chip" in capsys.readouterr().err
+    assert not (tmp_path / "b").exists()

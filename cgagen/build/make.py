@@ -125,6 +125,11 @@ def make_build(
 def _compiled(program: Program, tokenizer: Tokenizer) -> BuiltProgram:
     try:
         compiled = tokenizer.compile(program.source, program.file)
+        if compiled.project_files:
+            raise SourceError(
+                f"{program.file}: its $STAMP line names {', '.join(compiled.project_files)}, and a "
+                "build has one program for each chip; leave them out of the template"
+            )
     except SourceError as error:
         raise _located(program, error) from error
     memory = report(compiled)

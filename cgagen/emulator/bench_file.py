@@ -27,7 +27,8 @@
 Every pin and every lead is on one wire at most. An image for another program slot is a
 `[[chip.main.also]]` with `image` or `source` and `slot`; without any, the further sources that the
 `$STAMP` line of a source names have slots 1 and up. `[chip.main.timing]` replaces durations
-of `cgagen.emulator.timing`. A chip's ends are P0 to P15, SIN and SOUT. Times begin with the bench.
+of `cgagen.emulator.timing`. Names of files ignore case, and a backslash parts
+folders. A chip's ends are P0 to P15, SIN and SOUT. Times begin with the bench.
 
 The kinds of parts, with their ends and their settings::
 
@@ -70,7 +71,7 @@ from cgagen.emulator.fault_kinds import FAULTS, make_fault
 from cgagen.emulator.part_kinds import PARTS
 from cgagen.emulator.timing import Timing, timing_of
 from cgagen.errors import BenchError, ContentionError, ImageError
-from cgagen.inputs import BENCH, IMAGE, read_bytes, read_text
+from cgagen.inputs import BENCH, IMAGE, alike, read_bytes, read_text
 from cgagen.stamp import chips
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.image import Image
@@ -196,7 +197,7 @@ def _program(
     if table.offers("source") or not has_image:
         source = table.text("source")
         if compile_source is not None:
-            compiled = compile_source(folder / source)
+            compiled = compile_source(_file(folder, source))
         elif not has_image:
             raise table.error("source", f"{source} is no image; compile it, and name its image")
     if compiled is not None and model not in {None, compiled.image.model.name}:
@@ -220,7 +221,7 @@ def _further(
     """Return the programs that the source in slot 0 names for those behind it."""
     if first is None or image.slot:
         return []
-    home = (folder / table.text("source")).parent
+    home = _file(folder, table.text("source")).parent
     further = [compile_source(home / name) for name in first.project_files]
     return [(replace(one.image, slot=slot), one) for slot, one in enumerate(further, 1)]
 
@@ -229,8 +230,13 @@ def _image(table: BenchTable, model: str | None, folder: Path, slot: int) -> Ima
     file = table.text("image")
     if model is None:
         raise table.error("model", f"missing; bytes alone do not say it: {', '.join(MODELS)}")
-    data = read_bytes(folder / file, IMAGE)
+    data = read_bytes(_file(folder, file), IMAGE)
     return Image(chips.chip(model), data, None, slot)
+
+
+def _file(folder: Path, name: str) -> Path:
+    """Return the file that a bench names; what is not there is refused where it is read."""
+    return alike(folder / name) or folder / name
 
 
 def _timing(table: BenchTable, image: Image) -> Timing:

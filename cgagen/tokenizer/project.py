@@ -4,12 +4,12 @@ Parallax's editor runs on Windows, where names of files ignore case and a backsl
 Ref: S2, $STAMP with files (names with and without quotes).
 """
 
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
 
 from cgagen.errors import SourceError
+from cgagen.inputs import named_alike
 from cgagen.stamp.compiled import Compiled
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
@@ -41,10 +41,11 @@ class ProjectSources:
             SourceError: it is refused, cannot be read, or is named and not there.
             ToolchainError: as of `Tokenizer.compile`.
         """
-        file = self._found(*self._named[path]) if path in self._named else path
+        named = self._named.get(path)
+        file = path if named is None else self._found(*named)
         compiled = self._tokenizer.compile(read_source(file), str(file))
-        for name in compiled.project_files:
-            self._named[path.parent / name] = (file, name)
+        if named is None:  # what a further file names in turn has no slot
+            self._named |= {path.parent / name: (file, name) for name in compiled.project_files}
         return compiled
 
     def compile_all(self, path: Path) -> list[Compiled]:
@@ -85,26 +86,17 @@ def found_in(source: Path, name: str) -> Path:
         )
     place = Path("/") if not parts[0] else source.parent
     for part in filter(None, parts):
-        if part in (".", "..") or os.path.lexists(place / part):
-            place = place / part
+        found = named_alike(place, part)
+        if len(found) == 1:
+            place = place / found[0]
             continue
-        same = _same(place, part)
-        if not same:
+        if not found:
             raise SourceError(
                 f"{source}: its $STAMP line names {name}, and {place} has no {part}; put it there, "
                 "or change the line"
             )
-        if len(same) > 1:
-            raise SourceError(
-                f"{source}: its $STAMP line names {name}, and {place} has {' and '.join(same)}; "
-                "write the line as the one that is meant"
-            )
-        place = place / same[0]
+        raise SourceError(
+            f"{source}: its $STAMP line names {name}, and {place} has {' and '.join(found)}; "
+            "write the line as the one that is meant"
+        )
     return place
-
-
-def _same(folder: Path, name: str) -> list[str]:
-    try:
-        return sorted(one for one in os.listdir(folder) if one.casefold() == name.casefold())
-    except OSError:
-        return []

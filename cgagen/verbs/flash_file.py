@@ -67,7 +67,9 @@ def _compiled(console: Console, file: Path, model: str | None, slot: int) -> dic
             other = file.parent / name
             image = sources.compile(other).image
             _refuse_other(other, first.image.model.name, image)
-            images[name] = replace(image, slot=number)
+            # Two slots may hold one program.
+            key = name if name not in images else f"{name} (slot {number})"
+            images[key] = replace(image, slot=number)
     return dict(reversed(images.items()))
 
 

@@ -16,6 +16,14 @@ BY_SHELL = 128
 """What a shell adds to a signal's number. Ref: POSIX, 2.8.2."""
 
 
+class AskedToEndError(KeyboardInterrupt):
+    """What a signal raises: Ctrl-C, whichever signal it was.
+
+    Of a class of its own: where a plain KeyboardInterrupt leaves an `exec` of Python's own, as in
+    the making of a dataclass, CPython ends the process as by SIGINT whatever exit code it is given.
+    """
+
+
 class _Hold:
     """Whether the main thread is at something that must not be torn apart."""
 
@@ -30,7 +38,7 @@ def held() -> Iterator[None]:
     For short blocks, in which nothing is waited for.
 
     Raises:
-        KeyboardInterrupt: behind the block, where one came.
+        AskedToEndError: behind the block, where one came.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -42,7 +50,7 @@ def held() -> Iterator[None]:
         _Hold.depth -= 1
         if not _Hold.depth and _Hold.pending:
             _Hold.pending = False
-            raise KeyboardInterrupt
+            raise AskedToEndError
 
 
 class Asked:
@@ -60,13 +68,13 @@ class Asked:
         """Be the handler: end what is under way, as Ctrl-C does.
 
         Raises:
-            KeyboardInterrupt: unless this is the same wish again, or is to be put off.
+            AskedToEndError: unless this is the same wish again, or is to be put off.
         """
         self.number = self.number or number
         before_s, self._last_s = self._last_s, time.monotonic()
         if self._last_s - before_s > TWICE_S:
             if not _Hold.depth:
-                raise KeyboardInterrupt
+                raise AskedToEndError
             _Hold.pending = True
 
     @property

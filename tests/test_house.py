@@ -224,3 +224,27 @@ def test_no_process_inherits_stdin() -> None:
     }
     assert not lines
     assert len(paths) > 400
+
+
+WRITES = re.compile(
+    r"\bos\.(replace|rename|truncate)\(|\bmk[sd]?temp\(|Named?TemporaryFile|TemporaryDirectory"
+    r"|(?<!files)\.write_(text|bytes)\(|\.rename\(|open\([^)\n]*\"[wax][b+]*\"|shutil\.(copy|move)"
+)
+
+WRITERS = {
+    "cgagen/files.py": "the one way",
+    "cgagen/build/folder.py": "whole folders, from temporary ones",
+    "cgagen/build/make.py": "a refused program, in a new folder of the system's",
+    "cgagen/verbs/ending.py": "a bug's report, a new file",
+    "cgagen/tokenizer/worker.py": "what a process of ours says goes to a file without a name",
+    "cgagen/pytest_plugin/artifacts.py": "by cgagen.files, imported late",
+    "hil/emulated.py": "in a temporary folder",
+    "hil/colony_bench.py": "in a temporary folder",
+}
+"""Where files are written, each with its reason; all else goes through `cgagen.files`."""
+
+
+def test_outputs_are_written_in_one_way() -> None:
+    """Whoever renames onto a user's name without a look takes devices away."""
+    found = {str(path.relative_to(ROOT)) for path in CODE if WRITES.search(path.read_text("utf-8"))}
+    assert found == set(WRITERS)

@@ -139,3 +139,27 @@ def test_what_is_held_is_put_off_and_not_lost() -> None:
         with held():
             done.append("and the next is as ever")
     assert len(done) == 2
+
+
+def test_a_signal_in_the_making_of_a_class_has_its_own_exit_code(tmp_path: Path) -> None:
+    """CPython would make SIGINT of it: dataclasses and named tuples are made by `exec`."""
+    (tmp_path / "it.py").write_text(
+        "import os, sys, time\n"
+        "from cgagen.verbs.ending import end\n"
+        "from cgagen.signals import Asked, signals_end\n"
+        "asked = Asked()\n"
+        "with signals_end(asked):\n"
+        "    try:\n"
+        "        exec('os.kill(os.getpid(), 15); time.sleep(1)')\n"
+        "    except BaseException as error:\n"
+        "        sys.exit(end(error, [], asked))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "it"],
+        cwd=tmp_path,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        check=False,
+        timeout=60,
+    )
+    assert (done.returncode, b"stopped by SIGTERM" in done.stderr) == (143, True)

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from hil.target import Stimulus, Target
 
 FAILURE = "failure.txt"
+AGAIN = "again: "
+"""What the words of a failure begin with."""
+
 DECISIONS = "decisions.jsonl"
 WAVEFORM = "{}.vcd"
 
@@ -120,13 +123,17 @@ class TestFiles:
         if failure and self._folder is not None:
             again = self._item.config.stash[SESSION].again(self._item.nodeid)
             failure = re.sub(r" at 0x[0-9a-f]+", "", failure.rstrip())  # another in every run
-            text = failure if again in failure else f"{failure}\nagain: {again}"
+            text = f"{AGAIN}{again}\n\n{failure}"
             self._write_failure(self._made(self._folder), text)
         folder = self._folder
         if folder is not None and folder.is_dir() and not failure and not any(folder.iterdir()):
             shutil.rmtree(folder)
 
     def _write_failure(self, folder: Path, failure: str) -> None:
+        words = load("cgagen.outputs").begins("the words of a failure", AGAIN)
+        lines = load("hil.decisions").DECISION_LINES
+        asked = [folder / f"{name}-{DECISIONS}" for name, (*_, told) in self._asked.items() if told]
+        self._check([(folder / FAILURE, words), *((path, lines) for path in asked)])
         load("cgagen.files").write_text(folder / FAILURE, failure.rstrip() + "\n")
         for name, (_, _, decisions) in self._asked.items():
             if decisions:

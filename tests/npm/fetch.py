@@ -6,10 +6,10 @@
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 from cgagen.files import digest
+from cgagen.temporaries import temporary_folder
 from cgagen.toolchain import find_node, tokenizer_path
 from cgagen.toolchain.node import clean_environment
 
@@ -29,8 +29,7 @@ def fetch() -> int:
     if modules().is_dir():
         return 0
     target.parent.mkdir(parents=True, exist_ok=True)
-    work = Path(tempfile.mkdtemp(prefix=".clients-", dir=target.parent))
-    try:
+    with temporary_folder(target.parent) as work:
         for name in ("package.json", "package-lock.json"):
             shutil.copy(HERE / name, work / name)
         done = subprocess.run(
@@ -47,8 +46,6 @@ def fetch() -> int:
             sys.stderr.write(done.stderr)
             return done.returncode
         work.rename(target)
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
     return 0
 
 

@@ -1,5 +1,6 @@
 """What the tokenizer passes over: harmless characters are told, others refused."""
 
+import json
 import re
 
 import pytest
@@ -9,6 +10,7 @@ from cgagen.stamp.conditional import live_text
 from cgagen.stamp.symbols import symbols_of
 from cgagen.tokenizer import Tokenizer
 from tests.compile_cases import HEAD
+from tests.emulate_cases import Emulate, Program
 
 PROGRAM = HEAD + "main:\nHIGH 3\nLOW 3\nGOTO main\n"
 
@@ -121,3 +123,21 @@ def test_the_longest_source_has_as_many_characters_with_any_line_end(
     many = HEAD + "HIGH 3\n" + ":\n" * 32_800
     with pytest.raises(SourceError, match="more than the 65,535"):
         tokenizer.compile(many.replace("\n", end), "p")
+
+
+def test_a_tokenizer_tells_each_warning_once() -> None:
+    told: list[str] = []
+    with Tokenizer(warn=told.append) as own:
+        for _ in range(2):
+            assert len(own.compile(PROGRAM + "\x1a", "old.bs2").warnings) == 1
+        own.compile(PROGRAM, "new.bs2")
+    assert told == ["old.bs2:7:1: warning: Ctrl-Z is taken for a blank; leave it out"]
+
+
+def test_warnings_are_in_the_result_of_a_run(emulate: Emulate, program: Program) -> None:
+    path = program(HEAD + "w VAR Word\nDEBUG STR w\\2\n")
+    code, out, err = emulate(path, "--json")
+    (warning,) = json.loads(out)["warnings"]
+    assert code == 0
+    assert warning["text"] in err
+    assert {**warning, "text": ""} == {"file": str(path), "line": 4, "column": 11, "text": ""}

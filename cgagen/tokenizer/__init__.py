@@ -38,7 +38,7 @@ class Tokenizer(Closing):
     Args:
         limit_s: how long one source may take before the process is killed.
         command: another program in the worker's place.
-        warn: told every warning as a sentence with file, line and column; they are in
+        warn: told every warning once, as a sentence with file, line and column; they are in
             `Compiled.warnings` all the same.
 
     >>> with Tokenizer() as tokenizer:
@@ -57,6 +57,7 @@ class Tokenizer(Closing):
         self._limit_s = limit_s
         self._command = command
         self._warn = warn
+        self._warned: set[str] = set()
         self._worker: Worker | None = None
         self._owner = os.getpid()
         self._lock = threading.Lock()
@@ -84,7 +85,10 @@ class Tokenizer(Closing):
         refuse_wrong_pins(compiled)
         compiled = replace(compiled, warnings=warnings_of(compiled, source, sent.strays))
         for warning in compiled.warnings:
-            self._warn(f"{name}:{warning.line}:{warning.column}: warning: {warning.text}")
+            words = f"{name}:{warning.line}:{warning.column}: warning: {warning.text}"
+            if words not in self._warned:
+                self._warned.add(words)
+                self._warn(words)
         return compiled
 
     def close(self) -> None:

@@ -78,6 +78,12 @@ def _data(
         "output": run.sent.decode("latin-1"),
         "floating": run.bench.floated,
         "waits": waits,
+        "warnings": [
+            {"file": one.name, **warning._asdict()}
+            for programs in run.bench.programs.values()
+            for one in programs.values()
+            for warning in one.warnings
+        ],
         "baud": None if run.terminal is None else str(run.terminal.mode),
         "baud_fits": None if run.fits is None else str(run.fits),
         "parts": {name: told for name, told in parts.items() if told},

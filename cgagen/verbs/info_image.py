@@ -123,7 +123,7 @@ def _sources_of(console: Console, file: Path, eeprom: bytes) -> list[Compiled]:
         if not path.is_file():
             continue
         try:
-            with Tokenizer() as tokenizer:
+            with Tokenizer(warn=console.note) as tokenizer:
                 compiled = tokenizer.compile(read_source(path), path.name)
         except CgagenError as error:
             console.note(f"note: without the lines of {path.name}: {error}")

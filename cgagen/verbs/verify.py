@@ -130,7 +130,7 @@ def verify_verb(
     check(report_files(reports), map(Path, read), force)
     matrices = [read_kills(path) for path in kills]
 
-    with Tokenizer() as tokenizer:
+    with Tokenizer(warn=console.note) as tokenizer:
         subject = _subject(console, genome, robot, build, tokenizer)
         report = verify(
             subject,

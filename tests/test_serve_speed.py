@@ -59,6 +59,19 @@ def test_a_host_speaks_in_the_mode_that_it_sets(
     assert (server.failure, told) == (None, [])
 
 
+def test_bytes_in_one_write_are_as_far_apart_as_at_any_rate(tokenizer: Tokenizer) -> None:
+    """A character takes its time at the host's rate, and a gap follows it as at 9,600 baud."""
+    source = "' {$STAMP BS2}\nSERIN 16, 396, [B0]\nSERIN 16, 396, [B1]\nSEROUT 16, 396, [B1, B0]\n"
+    with serve(bench_of_image(tokenizer.compile(source).image), "rfc2217:0") as server:
+        port = open_port(server.url, 2400)
+        try:
+            port.timeout = LIMIT_S
+            port.write(b"ab")
+            assert port.read(4) == b"abba"
+        finally:
+            port.close()
+
+
 def test_a_host_at_another_rate_is_told_which_would_fit(tokenizer: Tokenizer) -> None:
     told: list[tuple[SerialMode, SerialMode]] = []
     source = '\' {$STAMP BS2}\nagain: SEROUT 16, 396, ["Hello, world", 13]\nGOTO again\n'

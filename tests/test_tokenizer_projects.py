@@ -143,7 +143,7 @@ def test_a_name_of_a_further_file_s_own_stays_its_own(project: Path) -> None:
     (project / "Sub" / "x.bsp").write_text(SECOND.replace('"b"', '"wrong"'))
     (project / "x.bsp").write_text(SECOND.replace('"b"', '"x"'))
     (project / "Sub" / "other.bsp").write_text(SECOND.replace("BS2p", "BS2p, x.bsp"))
-    (project / "a.bsp").write_text(first("sub\\other.bsp, X.BSP"))
+    (project / "a.bsp").write_text(first("sub\\other.bsp, x.bsp"))
     with Tokenizer() as tokenizer:
         found = ProjectSources(tokenizer, pytest.fail).compile_all(project / "a.bsp")
     assert [Path(one.name).relative_to(project).as_posix() for one in found] == [

@@ -106,10 +106,16 @@ def named_alike(folder: Path, name: str) -> list[str]:
     """
     if name in (".", "..") or os.path.lexists(folder / name):
         return [name]
+    return others_alike(folder / name)
+
+
+def others_alike(path: Path) -> list[str]:
+    """Return the names beside a path that differ from its own in case at most."""
     try:
-        return sorted(one for one in os.listdir(folder) if one.casefold() == name.casefold())
+        names = os.listdir(path.parent)
     except (OSError, ValueError):
         return []
+    return sorted(one for one in names if one.casefold() == path.name.casefold())
 
 
 def alike(path: Path) -> Path | None:

@@ -138,6 +138,17 @@ def test_a_warning_is_printed_with_its_place(
         assert capsys.readouterr().err == ""
 
 
+def test_a_twin_of_the_file_that_is_read_is_told(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (project / "NextOne.bsp").write_text(SECOND.replace('"b"', '"other"'))
+    (project / "a.bsp").write_text(first("nextone.bsp"))
+    assert main(["emulate", str(project / "a.bsp"), "--for", "1s"]) == 0
+    said = capsys.readouterr()
+    assert said.out == "ab"
+    assert "has NextOne.bsp, too, which Windows would take for the same: nextone.bsp is" in said.err
+
+
 def test_a_name_of_a_further_file_s_own_stays_its_own(project: Path) -> None:
     """`x.bsp` of the first source is not the one beside a further source that names one, too."""
     (project / "Sub" / "x.bsp").write_text(SECOND.replace('"b"', '"wrong"'))

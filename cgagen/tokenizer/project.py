@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cgagen.errors import SourceError
-from cgagen.inputs import named_alike
+from cgagen.inputs import named_alike, others_alike
 from cgagen.stamp.compiled import Compiled
 from cgagen.tokenizer import Tokenizer
 from cgagen.tokenizer.files import read_source
@@ -64,6 +64,13 @@ class ProjectSources:
             self._note(
                 f"note: {source}: its $STAMP line names {name}, which is {file.resolve()}, outside "
                 "the project's folder"
+            )
+        twins = [one for one in others_alike(file) if one != file.name]
+        if twins:
+            self._note(
+                f"note: {source}: its $STAMP line names {name}; {file.parent} has "
+                f"{' and '.join(twins)}, too, which Windows would take for the same: {file.name} "
+                "is read"
             )
         return file
 

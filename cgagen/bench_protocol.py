@@ -84,7 +84,10 @@ class Fault(StrEnum):
     BUSY = "BUSY"
     """Main: the step line stays low for longer than the longest movement takes."""
     REFUSED = "REFUSED"
-    """Main: the step line was high after GO; nobody has accepted the command."""
+    """Main: the step line was high after GO; nobody has accepted the command: the locomotion
+    controller is off, starts, or is in bench mode."""
+    CUT = "CUT"
+    """Main: the legs stood sooner than any movement is over; a reset has cut the step short."""
     LOW = "LOW"
     """Locomotion: the step line stays low although this side has released it."""
     IDLE = "IDLE"

@@ -195,11 +195,10 @@ class Colony:
         chip.on_pin(pin, trigger)
 
     def _accepted(self, word: str) -> None:
-        """A locomotion controller pulls its step line low: told to, or since it was reset."""
+        """A locomotion controller pulls its step line low."""
         player, wire = self.players[word], self._wires[word]
         self._rested(word, player)
         player.told = wire.go_driver in wire.line.drivers
-        player.starts += not player.told
 
     def _finished(self, word: str) -> None:
         """It lets go: the legs stand."""

@@ -8,11 +8,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from cgagen.bench_protocol import FRAME_LIMIT_MS
 from cgagen.emulator.bench import Bench
 from cgagen.robot import Robot
 from cgagen.robot.gait import phases_of, pulses_counts
 
 FOREVER_NS = 1 << 62
+LONGEST_FRAME_NS = FRAME_LIMIT_MS * 1_000_000
 
 Frame = tuple[int, ...]
 """Widths in ns, in the order of the robot's servos."""
@@ -224,9 +226,10 @@ class Train:
         A frame belongs where the first of its pulses begins. One that a reset has broken off leaves
         some servos with a pulse more than others; the last one is left out where it is not whole.
         """
-        first = min(
-            (one for one in self.pulses if one), key=lambda one: one[0].start_ns, default=()
-        )
+        pulsed = sorted((one for one in self.pulses if one), key=lambda one: one[0].start_ns)
+        all_ns = pulsed[-1][0].start_ns if pulsed else 0
+        whole_ns = all_ns - LONGEST_FRAME_NS  # legs that rise have fewer pulses in a frame
+        first = next((one for one in pulsed if one[0].start_ns > whole_ns), ())
         begins = [
             next((pulse.start_ns for pulse in first if pulse.start_ns >= time_ns), FOREVER_NS)
             for time_ns in times_ns

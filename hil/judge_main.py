@@ -6,6 +6,7 @@ from itertools import pairwise
 from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, banner_text
 from cgagen.emulator.chip import Coverage
 from cgagen.errors import LackingError
+from cgagen.firmware.timing import legs_start_ms
 from cgagen.stamp.image import Image
 from hil.anchors import anchors_of
 from hil.main_bench import late_hello, speaks
@@ -18,11 +19,15 @@ from hil.stimuli import neutral
 from hil.subject import Subject
 from hil.trial import BYTE_NS, MS, want
 
-FAST_SLACK_NS, SLOW_SLACK_NS = 1_000_000, 4_000_000
+FAST_SLACK_NS, SLOW_SLACK_NS = 1_500_000, 6_000_000
 """What instructions between two waits may take. Choice: a little more than they do."""
 
 RESET_MS = (40, 150, 230)
 """When it is reset after a look began: as it senses, with lines and GO, as it reports. Choice."""
+
+
+FIRST_LOOK_MS = 2_500
+"""From a reset, without the time for the legs. Choice."""
 
 
 def judge_main(
@@ -65,23 +70,30 @@ def judge_main(
         raise lacks[0]
 
 
+def legs_ms_of(trial: MainTrial) -> int:
+    """Return the time that it gives the legs to rise before it looks; none on three lines."""
+    return legs_start_ms(trial.robot) - LISTEN_MS if trial.robot.link.step_line else 0
+
+
 def _start(trial: MainTrial) -> None:
     """Banner and prompts, with no line touched; then the first look."""
     lines, touched = trial.line_bits | trial.step_bit, list[int]()
     trial.touched = touched.append
-    want(trial.wait("look", 2_500), "hang", "never looks at its sensors")
+    legs_ms = legs_ms_of(trial)
+    want(trial.wait("look", FIRST_LOOK_MS + legs_ms), "hang", "never looks at its sensors")
     trial.touched = None
     want(not touched, "handshake", "drives a line on its way to the first look")
     wanted = banner_text(trial.subject.banner("main")) + "\r"
     want(trial.said.rstrip(">") == wanted, "banner", f"says {trial.said!r}")
     prompts = trial.heard_ns[len(wanted) :]
-    slices = [b - a for a, b in pairwise([*prompts, trial.now_ns])]
+    ended_ns = trial.now_ns - legs_ms * MS
+    slices = [b - a for a, b in pairwise([*prompts, ended_ns])]
     want(len(slices) > 1, "banner", "does not listen")
     least = MAIN_SLICE_MS * MS + BYTE_NS // 2
     slack = FAST_SLACK_NS if trial.fast else SLOW_SLACK_NS
     want(min(slices) >= least, "banner", "slices too short")
     want(max(slices) <= least + BYTE_NS + slack, "banner", "slices too long")
-    whole = trial.now_ns - prompts[0]
+    whole = ended_ns - prompts[0]
     want(whole >= LISTEN_MS * MS, "banner", f"listens for {whole / MS:.0f} ms")
     want(whole - slices[0] < LISTEN_MS * MS + 20 * MS, "banner", f"listens {whole / MS:.0f} ms")
     want(not trial.drives & lines, "handshake", "drives a line before its first decision")
@@ -92,7 +104,7 @@ def _resets(new: Callable[[], MainTrial], wanted: Wanted) -> None:
     trial, (stimulus, right) = new(), wanted.hunts[1]
     lines = trial.line_bits | trial.step_bit
     trial.present(stimulus)
-    want(trial.wait("look", 2_500), "hang", "never looks at its sensors")
+    want(trial.wait("look", FIRST_LOOK_MS + legs_ms_of(trial)), "hang", "never looks")
     for time_ms in RESET_MS:
         trial.go_on(time_ms)
         trial.reset()

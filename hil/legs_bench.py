@@ -1,10 +1,12 @@
 """A locomotion controller in bench mode: the words of PROTOCOL.md, and what the legs do then."""
 
+from itertools import pairwise
+
 from cgagen.bench_protocol import DUMP_LINE, FRAME_LIMIT_MS, LISTEN_MS, dump_request, parse_dump
 from cgagen.robot.gait import frames_of
 from cgagen.stamp.image import Image
 from hil.legs_line import walk
-from hil.legs_trial import LegsTrial, standing, wanted_frames
+from hil.legs_trial import SERVOS, STARTS_MS, LegsTrial, standing, wanted_frames
 from hil.trial import MS, answered, ignores, want
 
 PROMPT_MS = 2_500
@@ -21,7 +23,7 @@ def speaks(trial: LegsTrial, image: Image) -> None:
     """All requests, right and wrong, walked and dumped; then it waits for GO again."""
     answered(trial, "?Hab", "!Hab")
     if trial.has_step:
-        want(trial.holds, "handshake", "lets the step line go in bench mode")
+        want(not trial.holds, "handshake", "holds the step line in bench mode, as if it accepted")
     trial.command(5)  # the lines are not read in here
     for request, command in (("?M0a", 0), ("?M0a", None), ("?M0a", None), ("?M7b", 7)):
         _bench_movement(trial, request, command)
@@ -32,9 +34,7 @@ def speaks(trial: LegsTrial, image: Image) -> None:
     _bench_movement(trial, "?M7b", None)
     answered(trial, "?Hcd", "!Hcd")
     _bench_movement(trial, "?M7b", 7)
-    answered(trial, "?C99", "!C99")
-    trial.rest = standing(trial.robot)
-    trial.go_on(100)
+    _centre(trial)
     _bench_movement(trial, "?M7b", None)
     began_ns = trial.now_ns
     trial.go_on(100)
@@ -46,7 +46,7 @@ def speaks(trial: LegsTrial, image: Image) -> None:
 
 def _leave_line(trial: LegsTrial) -> None:
     """Behind the bench it waits for GO again."""
-    want(not trial.step.level, "handshake", "lets the step line go in bench mode")
+    want(not trial.holds, "handshake", "holds the step line in bench mode, as if it accepted")
     began_ns = trial.now_ns
     answered(trial, "?Xzz", "!Xzz")
     want(trial.step.level == 1 or trial.wait("step 1", 100), "handshake", "keeps it after leaving")
@@ -74,7 +74,7 @@ def late_hello(trial: LegsTrial) -> None:
     """A hello is heard in every slice of the listening, the last that there has to be, too."""
     began_ns = None
     while began_ns is None or trial.now_ns - began_ns < (LISTEN_MS - 40) * MS:
-        want(trial.wait("byte 62", 1_500), "bench", "no prompt")
+        want(trial.wait("byte 62", STARTS_MS), "bench", "no prompt")
         began_ns = began_ns or trial.now_ns
     answered(trial, "?Hzz", "!Hzz")
 
@@ -96,6 +96,27 @@ def _bench_movement(trial: LegsTrial, request: str, command: int | None) -> None
     want(seen[:at] == [trial.rest], "bench", f"{request}: the first frame")
     trial.rest = frames[-1]
     want(seen[at:] == [*frames, *[trial.rest] * (extra - at)], "bench", f"{request}: pulses")
+
+
+def _centre(trial: LegsTrial) -> None:
+    """One leg after another goes to the centre, each with frames of its own."""
+    answered(trial, "?C99", "!C99")
+    began_ns = trial.now_ns
+    want(trial.wait("byte 62", PROMPT_MS), "bench", "no prompt behind ?C99")
+    seen = [trial.rest, *trial.frames(began_ns, "bench")]
+    moved = [frame for frame, before in zip(seen[1:], seen, strict=False) if frame != before]
+    want(len(moved) == SERVOS // 2, "bench", f"centres in {len(moved)} parts")
+    since = 0
+    for before, frame in pairwise(seen):
+        since += 1
+        legs = {n // 2 for n in range(SERVOS) if before[n] != frame[n]}
+        want(len(legs) <= 1, "bench", f"centres {len(legs)} legs at once")
+        if legs:
+            least = trial.robot.servo_set.start_frames
+            want(since >= least or frame == moved[0], "bench", f"centres a leg in {since} frames")
+            since = 0
+    trial.rest = standing(trial.robot)
+    want(seen[-1] == trial.rest, "bench", "does not centre")
 
 
 def _bench_dump(trial: LegsTrial, image: Image) -> None:

@@ -16,6 +16,12 @@ from hil.trial import MS, Trial, want
 
 SERVOS = 12
 
+LISTENS_MS = 60
+"""Longer than from one prompt to the next."""
+
+STARTS_MS = 4_000
+"""A locomotion controller has started by then. Choice: half as long again as it takes."""
+
 Frame = tuple[int, ...]
 """Twelve widths in PULSOUT counts."""
 
@@ -104,8 +110,18 @@ class LegsTrial(Trial):
         for at in range(0, len(row) - SERVOS + 1, SERVOS):
             part = row[at : at + SERVOS]
             want([one[2] for one in part] == list(range(SERVOS)), check, "pulses out of turn")
-            frames.append(tuple(round(one[1] / self._unit_ns) for one in part))
+            frames.append(tuple(self.counts(one[1]) for one in part))
         return frames
+
+    def listens(self) -> None:
+        """Go on to the end of its listening; it never holds the line: that would be an acceptance."""
+        want(self.wait("byte 62", STARTS_MS), "banner", "no prompt after a reset")
+        while self.wait("byte 62", LISTENS_MS):
+            want(not self.holds, "handshake", "holds the step line before it was told anything")
+
+    def counts(self, width_ns: int) -> int:
+        """Return a pulse's width in PULSOUT counts."""
+        return round(width_ns / self._unit_ns)
 
     def check_gaps(self, check: str) -> None:
         """No servo may wait for longer than the limit."""

@@ -6,6 +6,7 @@ every phase and every lag between the two chips can be had.
 
 from dataclasses import dataclass
 
+from cgagen.bench_protocol import PROMPT
 from hil.colony_bench import colony_bench
 from hil.gait_reader import Reading, Train
 from hil.player import Player, step_wire
@@ -17,6 +18,8 @@ WORD = "robot"
 TESTER = "tester"
 OFF_NS = 1 << 60
 MS = 1_000_000
+LISTENS_NS = 60 * MS
+"""Longer than from one prompt to the next."""
 LOOKED_NS = MS
 """How long before they pull the line the legs have last looked at it, at most. They never take a
 GO so soon after having let go of it themselves: a frame lies between. Choice: twice what it is."""
@@ -54,7 +57,7 @@ class Lone:
         words: all that both chips said on their ports, by chip, without telemetry.
         go_ns: when the step line fell while the legs stood.
         rise_ns: when it rose.
-        booting: the locomotion controller begins anew, and its next hold of the line is centring.
+        booting: the locomotion controller begins anew and centres its legs, up to its first prompt.
     """
 
     def __init__(self, subject: Subject, text: str | None = None, mute: bool = False) -> None:
@@ -68,6 +71,7 @@ class Lone:
         self.rise_ns: list[int] = []
         self.booting = True
         self._asked: tuple[int, int] = (0, 0)
+        self._prompt_ns = 0
         self.line, self._go_driver, driver = step_wire(subject, self.bench, WORD)
         lines = {WORD: self.line}
         referee = Referee("watch", self.bench.clock, lines, {WORD: driver}, holds=False)
@@ -100,11 +104,15 @@ class Lone:
         return self.walks[-1] if len(self.walks) >= wanted else None
 
     def stand(self, limit_ms: int = 5_000) -> None:
-        """Go on until the step line is high."""
+        """Go on until the legs stand and wait for GO."""
         end_ns = self.now_ns + limit_ms * MS
-        self.run(1)  # before it has run for the first time, nobody holds the line
-        while self.line.level != 1 and self.now_ns < end_ns:
+        while not self._waits() and self.now_ns < end_ns:
             self.run(1)
+
+    def _waits(self) -> bool:
+        """Whether the locomotion controller has listened to a host to the end and waits for GO."""
+        quiet_ns = self.now_ns - self._prompt_ns
+        return not self.booting and quiet_ns > LISTENS_NS and self.line.level == 1
 
     def go(self, command: int, hold_ms: float = 100.0) -> None:
         """Do as the main controller: command, step line low, and let go of it."""
@@ -140,11 +148,6 @@ class Lone:
     def _finished(self, _word: str) -> None:
         began_ns, asked = self._asked
         gait, train = self.player.gait, self.player.gait.take()
-        if self.booting:
-            self.booting = False
-            if train.whole_frames():
-                gait.rest = train.whole_frames()[-1]
-            return
         self.walks.append(Walk(began_ns, asked, gait.read(train), train))
 
     def _rested(self) -> None:
@@ -163,3 +166,8 @@ class Lone:
 
     def _heard(self, byte: int) -> None:
         self.words["locomotion"] += chr(byte)
+        if chr(byte) == PROMPT:
+            self._prompt_ns = self.now_ns
+            if self.booting:
+                self.booting = False
+                self.player.gait.rest = self.player.gait.take().whole_frames()[-1]

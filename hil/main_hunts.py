@@ -1,7 +1,7 @@
 """A main controller that hunts: what it senses, says and tells, seen on its pins and its port."""
 
 from cgagen.bench_protocol import GO_MS
-from cgagen.firmware.timing import step_timeout_ms
+from cgagen.firmware.timing import least_step_ms, step_timeout_ms
 from hil.main_reports import FIRST_NUMBERS, check_line, count_on
 from hil.main_senses import check_sensing
 from hil.main_trial import MainTrial
@@ -16,8 +16,8 @@ another one. Choice."""
 LEGS_TAKE_MS = 60
 """How long after GO the other side takes it. Choice: two frames."""
 
-MOVEMENT_MS = 250
-"""How long the played legs move. Choice: longer than a line of telemetry."""
+MOVEMENT_MS = 150
+"""How much longer than the least the played legs move, behind a line of telemetry. Choice."""
 
 
 def hunts(trial: MainTrial, wanted: Wanted) -> None:
@@ -34,15 +34,18 @@ def hunts(trial: MainTrial, wanted: Wanted) -> None:
         _let_go(trial)
         _report(trial, stimulus, right)
         quiet = len(trial.edges)
-        trial.go_on(MOVEMENT_MS)
+        trial.go_on(least_step_ms(trial.robot) + MOVEMENT_MS)
         want(len(trial.edges) == quiet, "handshake", "senses while the legs move")
         if number == FIRST_NUMBERS - 1:
             count_on(trial)
         following = wanted.hunts[(number + 1) % len(wanted.hunts)][0]
         trial.present(following)
         trial.edges.clear()
+        trial.forget()
         trial.other.set(None)
         want(trial.wait("look", 8), "handshake", "does not see that the legs stand")
+        want(not trial.said, "faults", f"says {trial.said!r} of a whole movement")
+    _cut_short(trial, *wanted.hunts[0])
     stimulus, right = wanted.hunts[0]
     _say_go(trial, stimulus, right)
     trial.forget()
@@ -53,6 +56,23 @@ def hunts(trial: MainTrial, wanted: Wanted) -> None:
     trial.edges.clear()
     _say_go(trial, stimulus, right)
     _kept_waiting(trial, stimulus, right)
+
+
+def _cut_short(trial: MainTrial, stimulus: Stimulus, right: Observation) -> None:
+    """Legs that stand too soon have started anew, and that is said before the next look."""
+    _say_go(trial, stimulus, right)
+    trial.go_on(LEGS_TAKE_MS)
+    trial.other.set(0)
+    _let_go(trial)
+    _report(trial, stimulus, right)
+    least_ms = least_step_ms(trial.robot)
+    trial.go_on(least_ms / 2)
+    trial.forget()
+    trial.edges.clear()
+    trial.other.set(None)
+    want(trial.wait("look", 20), "handshake", "does not go on after a movement that was cut short")
+    said = "*CUT\r" if least_ms else ""
+    want(trial.said == said, "faults", f"says {trial.said!r} of a movement that was cut short")
 
 
 def _kept_waiting(trial: MainTrial, stimulus: Stimulus, right: Observation) -> None:

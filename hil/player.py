@@ -54,7 +54,6 @@ class Player:
         gait: reads its servos.
         said: the last line of its telemetry; None before it.
         made: the movement of this step; None where it has made none.
-        starts: how often its locomotion controller began without being told: its resets.
         told: whether it was told to make the movement that it makes now.
         heard: all that its main controller has said.
     """
@@ -65,7 +64,6 @@ class Player:
         self.gait = GaitReader(subject.robot, bench, f"{word}_")
         self.said: Told | None = None
         self.made: Reading | None = None
-        self.starts = 0
         self.told = False
         self.heard = ""
         self._bytes = bytearray()

@@ -1,5 +1,7 @@
 """The referee: a bench part on both step lines that makes one step of both robots one step.
 
+It holds nothing before the first movements: until then nobody moves, and all see the same world.
+
 A robot's finished step is not seen by its main controller before the other robot's is finished,
 too: the referee holds the line low from the moment in which the locomotion controller accepts a
 movement, and lets go of both lines at one time. All lines are open-drain, so it stands in nobody's
@@ -56,8 +58,6 @@ class Referee(Part):
         self._release = self.timer(self._let_go)
         self._hold = self.timer(self._take_hold)
         for robot, line in lines.items():
-            if holds:
-                line.drive(name, 0)
             line.watch(
                 lambda robot=robot, line=line, driver=drivers[robot]: self._look(  # type: ignore[misc]
                     robot, driver in line.drivers

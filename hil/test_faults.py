@@ -187,9 +187,9 @@ def test_a_cut_step_line_stops_the_robot() -> None:
 
 
 def test_a_frozen_locomotion_controller_stops_the_robot_and_lets_its_legs_go_limp() -> None:
-    """From 3 s on it does nothing: no movement, no pulse; the main controller reports it."""
-    lone = faulty(OPEN, 'kind = "brown_out"\nchips = ["locomotion"]\nfrom_ms = 3000')
-    lone.run(2_999)
+    """From 5 s on it does nothing: no movement, no pulse; the main controller reports it."""
+    lone = faulty(OPEN, 'kind = "brown_out"\nchips = ["locomotion"]\nfrom_ms = 5000')
+    lone.run(4_999)
     before = len(lone.walks)
     assert before >= 1
     assert "*REFUSED" not in lone.player.heard
@@ -201,9 +201,9 @@ def test_a_frozen_locomotion_controller_stops_the_robot_and_lets_its_legs_go_lim
 
 
 def test_a_locomotion_controller_that_comes_back_is_told_anew() -> None:
-    fault = 'kind = "brown_out"\nchips = ["locomotion"]\nfrom_ms = 3000\nuntil_ms = 4000'
+    fault = 'kind = "brown_out"\nchips = ["locomotion"]\nfrom_ms = 5000\nuntil_ms = 6000'
     lone = faulty(OPEN, fault)
-    lone.run(3_500)
+    lone.run(5_500)
     walks, lone.booting = len(lone.walks), True  # it will centre the legs first
     lone.run(6_000)
     made = [walk.made.command for walk in lone.walks[walks:]]

@@ -163,8 +163,8 @@ def test_a_reset_of_the_locomotion_controller_centres_the_legs_and_no_more(at_ms
     before = len(lone.walks)
     lone.reset("locomotion", 5 * MS)
     cut = lone.walks[before:]  # a movement that was under way ends with the reset
-    lone.run(10)
-    lone.stand()
+    while lone.booting:
+        lone.run(1)
     stand = round(subject("predator").robot.servo_set.centre_counts * 2_000 / MS, 1)
     centred = [round(one / MS, 1) for one in lone.player.gait.rest]
     assert centred == [stand] * 12

@@ -17,6 +17,8 @@ from hil.subject import CHIPS, Subject
 MS = 1_000_000
 FOREVER_NS = 1 << 60
 BYTE_NS = 10 * 1_000_000_000 // BAUD
+FIRST_PROMPT_MS = 4_000
+"""From a reset; a locomotion controller brings its legs up before. Choice."""
 STEP_PART = "other_side"
 RESET_NS = 2 * MS
 """How long a reset is held. Choice: two bytes."""
@@ -138,7 +140,7 @@ class Trial:
             All that was on the line since, up to the end of the answer; "" for no prompt; what
             came unasked since the last answer, where there was anything but prompts.
         """
-        if not self.wait(f"byte {ord(PROMPT)}", 1_500):
+        if not self.wait(f"byte {ord(PROMPT)}", FIRST_PROMPT_MS):
             return ""
         stray = "" if self._taken is None else self.said[self._taken :].strip(PROMPT)
         if stray:

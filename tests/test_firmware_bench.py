@@ -80,7 +80,7 @@ def test_a_movement_is_made_once_however_often_it_is_asked_for() -> None:
         (["?M3b", "?M1c"], ">!M3b\r>!M1c\r>", 46 + 32),
         (["?M1c", "?H00", "?M1c"], ">!M1c\r>!H00\r>!M1c\r>", 32),
         (["?M8d", "?M/e"], ">!E8d\r>!E/e\r>", 0),
-        (["?C00"], ">!C00\r>", 0),
+        (["?C00"], ">!C00\r>", 6 * 8),
     ):
         program.frames.clear()
         assert talk(program, *words, start="BenchNext") == answers
@@ -92,6 +92,7 @@ def test_a_movement_is_made_once_however_often_it_is_asked_for() -> None:
 
 def test_go_is_said_when_the_legs_stand_and_believed_when_the_line_stays_low() -> None:
     program = toy("predator", "main")
+    program.set("least", 3)
     answers = iter([0, 0, 1, 0])
     program.level = lambda pin: next(answers)
     program.run("AwaitLegs")
@@ -100,9 +101,14 @@ def test_go_is_said_when_the_legs_stand_and_believed_when_the_line_stays_low() -
     program.run("Tell")
     assert program.events == ["LOW StepLine", "PAUSE GoTime", "INPUT StepLine"]
     assert (program.get("DIRA"), program.sent) == (0b0111, "")
+    assert program.get("least") == program.get("LeastPolls") > 20
+    program.level = lambda pin: 1
+    program.run("AwaitLegs")  # nobody walks so fast
+    assert program.sent == "*CUT\r"
+    program.sent = ""
     program.level = lambda pin: 1
     program.run("Tell")
-    assert program.sent == "*REFUSED\r"
+    assert (program.sent, program.get("least")) == ("*REFUSED\r", 0)
     program.sent, looks = "", iter([0] * 521 + [1])
     program.level = lambda pin: next(looks)
     program.run("AwaitLegs")

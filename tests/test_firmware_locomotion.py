@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from itertools import pairwise
 
 import pytest
 
@@ -14,6 +15,7 @@ from tests.firmware_cases import (
     split_frames,
     toy,
 )
+from tests.toy_pbasic import SilenceError
 
 
 def wanted_frames(text: str, movement: str) -> list[tuple[dict[str, float], int]]:
@@ -71,7 +73,6 @@ def test_every_movement_is_walked_as_the_file_has_it(case: str) -> None:
 
 def test_waiting_holds_the_last_pose() -> None:
     program = toy("prey", "locomotion")
-    program.run("Centre")
     program.set("command", 2)
     program.run("Move")
     last = program.frames[-1]
@@ -83,17 +84,48 @@ def test_waiting_holds_the_last_pose() -> None:
 
 def test_it_stands_before_it_does_anything_else() -> None:
     program = toy("predator-trimmed", "locomotion")
-    program.run("Centre")
-    program.run("Pulses")
+    with pytest.raises(SilenceError):
+        program.run("Start")
+    program.frames = program.frames[-1:]
     trims = tomllib.loads(CASES["predator-trimmed"])["servo"]["trim_counts"]
     for leg in LEGS:
         for joint, name in enumerate(("Swing", "Lift")):
             assert abs(program.frames[0][f"Pin{name}{leg}"] - 750 - trims[leg][joint]) <= 2
     start = [line.strip() for line in code("predator", "locomotion").split("Start:")[1].split("\n")]
-    assert start[1:4] == ["DIRS = %1000111111111111", "GOSUB Centre", "GOSUB SayWho"]
+    assert start[1] == "DIRS = %0000111111111111"
+    assert [line.partition(" ")[0] for line in start[2:4]] == ["READ", "READ"]
     text = code("predator", "locomotion")
-    assert text.index("GOSUB Centre") < text.index("INPUT StepLine")
-    assert text.count("INPUT StepLine") == 1
+    assert text.count("INPUT StepLine") == text.count("LOW StepLine") == 1
+    assert text.index("GOSUB SayWho") < text.index("INPUT StepLine") < text.index("LOW StepLine")
+
+
+def test_legs_start_one_after_another_and_are_centred_so() -> None:
+    """At first one leg has pulses, then two: the last of the list first, for the frames that the
+    file says. On a bench all have pulses, and one after another changes.
+    """
+    program = toy("predator-trimmed", "locomotion")
+    pulses: list[str] = []
+    program.pulse = lambda pin, width: pulses.append(pin)
+    with pytest.raises(SilenceError):
+        program.run("Start")
+    del program.pulse
+    for behind, (first, then) in enumerate(pairwise(LEGS[::-1]), 1):
+        begun = pulses.index(f"PinSwing{then}")
+        assert pulses[:begun].count(f"PinSwing{first}") == 8
+        assert len(set(pulses[:begun])) == 2 * behind
+    program.set("command", 3)
+    program.run("Move")
+    program.inbox, program.frames = ["?C00"], []
+    with pytest.raises(SilenceError):
+        program.run("BenchNext")
+    frames = split_frames(program.frames)
+    legs = [
+        {servo[-2:] for servo in now if now[servo] != before[servo]}
+        for before, now in pairwise(frames)
+    ]
+    assert [leg for leg in legs if leg] == [{leg} for leg in LEGS]
+    changes = [n for n, leg in enumerate(legs) if leg]
+    assert all(then - now == 8 for now, then in pairwise(changes))
 
 
 def test_equal_swings_share_one_table() -> None:

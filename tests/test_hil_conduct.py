@@ -50,6 +50,11 @@ def test_a_slow_robot_may_take_its_time(tokenizer: Tokenizer) -> None:
 LATCHED = "  commandLatch = command "
 
 FAULTS = [
+    ("locomotion", "DIRS = %0000", "DIRS = %1000", "handshake: holds the step line"),
+    ("locomotion", "BenchHello: ", "BenchHello:\n  LOW StepLine  ' ", "in bench mode, as if it"),
+    ("locomotion", "      GOSUB Rise\n", "      GOSUB Pulses\n", "rise: two legs start"),
+    ("locomotion", "    frames = StartFrames\n", "    frames = 1\n", "bench: centres a leg in 1"),
+    ("main", "  IF polls < least THEN", "  IF polls > least THEN", "of a whole movement"),
     ("main", "  PAUSE GoTime", "  PAUSE GoTime - 1", "handshake: says GO too shortly"),
     ("main", "Start:\n", "Start:\n  LOW StepLine\n  PAUSE 9\n  INPUT StepLine\n", "drives a line"),
     ("main", "decisions = decisions + 1", "decisions = decisions + 1 & 127", "telemetry"),
@@ -58,7 +63,7 @@ FAULTS = [
     ("main", "  PAUSE EchoGap - (", "  PAUSE EchoGap - 3 - (", "ms behind the trigger before"),
     ("main", LATCHED, f"  IF command > 0 THEN{LATCHED}", "lines: "),
     ("locomotion", "  IF StepLine = 1 THEN Ready ", "' ", "what the lines say after a reset"),
-    ("locomotion", "BenchLeave:\n", "BenchLeave:\n  GOSUB Centre\n", "bench: moves as it is left"),
+    ("locomotion", "BenchLeave:\n", "BenchLeave:\n  liftLM = 140\n", "bench: moves as it is left"),
 ]  # fmt: skip
 
 

@@ -51,6 +51,7 @@ class Toy:
         self.constants = {name.upper(): address for name, address in labels.items()}
         self.sizes: dict[str, int] = {}
         self.alias: dict[str, str] = {}
+        self.bytes: list[str] = []
         self.values: dict[tuple[str, int], int] = {}
         self.lines: list[str] = []
         self.numbers: list[int] = []
@@ -78,6 +79,8 @@ class Toy:
             size = re.match(r"(Bit|Nib|Byte|Word)\b", words[2])
             if size:
                 self.sizes[words[0].upper()] = SIZES[size[1].upper()]
+                if words[2] == "Byte":
+                    self.bytes.append(words[0].upper())
             else:
                 self.alias[words[0].upper()] = words[2].upper()
         elif "DATA" in words[:2]:
@@ -155,6 +158,8 @@ class Toy:
             name, _, inner = name[:-1].partition("(")
             index = self.value(inner)
         root, modifier = self._root(name.strip())
+        if index and root in self.bytes:  # what lies behind it in RAM
+            root, index = self.bytes[self.bytes.index(root) + index], 0
         assert not modifier, name
         assert root not in self.constants, name
         self.values[(root, index)] = value & (1 << self.sizes.get(root, 16)) - 1
@@ -202,6 +207,11 @@ class Toy:
         elif word == "LOOKUP":
             index, items, name = re.fullmatch(r"(\w+), \[(.*)\], (\w+)", rest).groups()
             self.set(name, self.value(items.split(", ")[self.value(index)]))
+        elif word == "BRANCH":
+            name, items = re.fullmatch(r"(\w+), \[(.*)\]", rest).groups()
+            places = items.split(", ")
+            if self.get(name) < len(places):
+                return self.targets[places[self.get(name)].upper()]
         elif word == "PULSOUT":
             pin, width = rest.split(", ")
             self.pulse(pin, self.value(width))

@@ -14,7 +14,7 @@ from cgagen.firmware.gait_tables import GaitTables, Row, SwingTable, gait_tables
 from cgagen.firmware.pins import locomotion_pins, servo_pin_name
 from cgagen.genome import Genome
 from cgagen.robot.gait import frames_of
-from cgagen.robot.values import LEGS, Robot
+from cgagen.robot.values import LEGS, Robot, Servo
 from cgagen.stamp.chips import chip
 
 IDLE_FRAMES = 250
@@ -54,14 +54,16 @@ def locomotion_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
                 {
                     "pin_name": servo_pin_name(servo),
                     "variable": f"{'swing' if servo.joint == 'horizontal' else 'lift'}{servo.leg}",
+                    "label": _label(servo),
                 }
                 for servo in robot.servo_set.servos
             ],
+            "rise_labels": ", ".join(f"From{leg}" for leg in LEGS[:0:-1]),
             "first_outputs": _first_outputs(robot),
             "holds": any(move.turn == 0 for move in tables.moves),
             "between_frames": True,
             "bench_note": (
-                "The step line stays low." if robot.link.step_line else "The lines are not read."
+                "No GO is accepted." if robot.link.step_line else "The lines are not read."
             ),
         }
         | _gait(robot, tables)
@@ -88,18 +90,21 @@ def _constants(robot: Robot, tables: GaitTables) -> list[str]:
         con("LiftFrames", robot.gait.lift_frames, f"frames to lift a leg {robot.gait.lift_deg:g}"
             " deg"),
         con("LowerFrames", robot.gait.lower_frames, "frames to set it down"),
+        con("StartFrames", robot.servo_set.start_frames, "frames to bring a leg to the centre"),
     ]  # fmt: skip
 
 
 def _first_outputs(robot: Robot) -> list[str]:
-    """The first statement: every servo line low, and the step line with them."""
+    """The first statement: every servo line low."""
     pins = [servo.pin for servo in robot.servo_set.servos]
-    note = "servo lines low"
-    if robot.link.step_line:
-        pins.append(robot.link.step_line.locomotion_pin)
-        note += ", and the step line held low"
     mask = "".join("1" if pin in pins else "0" for pin in range(15, -1, -1))
-    return [f"{'DIRS = %' + mask:<46}' {note}"]
+    return [f"{'DIRS = %' + mask:<46}' servo lines low"]
+
+
+def _label(servo: Servo) -> str:
+    """Return where a frame for some legs begins; the legs behind the first have such a place."""
+    begins = servo.joint == "horizontal" and servo.leg != LEGS[0]
+    return f"From{servo.leg}" if begins else ""
 
 
 def _gait(robot: Robot, tables: GaitTables) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from cgagen.firmware.common_words import (
     serin_units,
 )
 from cgagen.firmware.pins import main_pins, sonar_pin_names
-from cgagen.firmware.timing import step_timeout_ms
+from cgagen.firmware.timing import least_step_ms, legs_start_ms, step_timeout_ms
 from cgagen.genome import Genome
 from cgagen.robot.values import Robot, Sonar
 from cgagen.stamp.chips import chip
@@ -21,6 +21,9 @@ from cgagen.words import COMMANDS, Movement, Role, Situation, situation_name
 
 POLL_MS = 5
 """Between two looks at the step line. Choice."""
+
+SLOW_POLL_MS = 7
+"""The same with what a slow chip does besides. Choice: a BS2 takes 1.5 ms for a turn."""
 
 GENE_COLUMN = 7
 
@@ -95,13 +98,15 @@ def _constants(robot: Robot) -> list[str]:
     reading = serin_units(model, protocol.READING_MS)
     lines.append(con("ReadingTime", reading, f"{protocol.READING_MS} ms, likewise, in bench mode"))
     if robot.link.step_line:
-        timeout_ms = step_timeout_ms(robot)
+        timeout_ms, least = step_timeout_ms(robot), least_step_ms(robot)
         lines += [
             con("GoTime", protocol.GO_MS, "ms that the step line is held low for GO"),
+            con("LegsTime", legs_start_ms(robot) - protocol.LISTEN_MS, "ms that the legs take to rise"),
             con("PollTime", POLL_MS, "ms between two looks at the step line"),
             con(
                 "StepPolls", -(-timeout_ms // POLL_MS), f"{timeout_ms} ms, longer than any movement"
             ),
+            con("LeastPolls", least // SLOW_POLL_MS, f"{least} ms, shorter than any movement"),
         ]
     # Rounded up: a trigger may be longer than the data sheet's least, never shorter.
     trigger = int(-(-robot.echo.trigger_us * 1000 // robot.main.pulsout_unit_ns))

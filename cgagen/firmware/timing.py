@@ -11,7 +11,7 @@ from cgagen.bench_protocol import BAUD, FRAME_LIMIT_MS, GO_MS, LOCOMOTION_SLICE_
 from cgagen.errors import RobotError
 from cgagen.firmware.gait_tables import GaitTables, gait_tables
 from cgagen.robot.gait import frames_of
-from cgagen.robot.values import Robot
+from cgagen.robot.values import LEGS, Robot
 
 SPEED = {"BS2": 1.0, "BS2e": 1.0, "BS2pe": 1.5, "BS2sx": 2.5, "BS2p": 3.0}
 """Instructions per time, relative to a BS2. Ref: S2 p. 5: 4000, 4000, 6000, 10000, 12000 /s."""
@@ -34,6 +34,19 @@ POSE_CODE_MS = 14.8
 
 CHARACTER_MS = 10 * 1000 / BAUD
 """Start bit, eight data bits, stop bit."""
+
+RISE_FRAME_MS = 30
+"""A frame in which legs rise: 24 to 26 ms on the emulator, and some more. Choice."""
+
+BANNER_AND_LISTEN_MS = 1_500
+"""Banner and listening: 1.1 s on the emulator, and some more. Choice."""
+
+TELEMETRY_MS = 80
+"""A line of telemetry, at most: 75 characters and what is between them."""
+
+FAST_CODE, SOONER = 0.8, 0.9
+"""Instructions may be so much faster than the model has them; and what is over before so much of
+the shortest movement was cut short. Choice."""
 
 GO_MARGIN = 1.5
 """A movement must be on when the main controller looks, GO_MS after GO. Choice."""
@@ -94,6 +107,40 @@ def step_timeout_ms(robot: Robot) -> int:
     """
     longest_ms = max(frames_of(robot, step) for step in robot.steps) * FRAME_LIMIT_MS * 1.25
     return max(2000, 100 * -int(-longest_ms // 100))
+
+
+def legs_start_ms(robot: Robot) -> int:
+    """Return how long a locomotion controller takes from its reset until it takes a GO.
+
+    >>> from cgagen.robot import load_robot
+    >>> legs_start_ms(load_robot("servobot-predator"))
+    2940
+    """
+    return len(LEGS) * robot.servo_set.start_frames * RISE_FRAME_MS + BANNER_AND_LISTEN_MS
+
+
+def least_step_ms(robot: Robot) -> int:
+    """Return what the main controller waits at least for the end of a movement, with margin.
+
+    That is the shortest movement without the time of GO and of a line of telemetry; what is over
+    sooner was cut short by a reset. 0 where that is too little to tell.
+    """
+    shortest_ms = min(frames_of(robot, step) for step in robot.steps) * shortest_frame_ms(robot)
+    return max(0, int(shortest_ms * SOONER) - GO_MS - TELEMETRY_MS)
+
+
+def shortest_frame_ms(robot: Robot) -> float:
+    """Return how long the shortest frame of any pose takes at least."""
+    tables = gait_tables(robot)
+    unit_ms = robot.locomotion.pulsout_unit_ns * tables.pulse_step / 1e6
+    stand = [(tables.stand_swing, tables.stand_lift)]
+    rows = [
+        (swing, lift)
+        for table in tables.swings
+        for swing, lift in zip(table.rows, tables.lifts, strict=True)
+    ]
+    pulses_ms = min(sum(swing) + sum(lift) for swing, lift in [*rows, *stand]) * unit_ms
+    return pulses_ms + FRAME_CODE_MS / SPEED[robot.locomotion.model] * FAST_CODE
 
 
 def check_timing(robot: Robot) -> None:

@@ -221,8 +221,15 @@ class BenchHook(PromptedPort):
             self.give_up(f"movement {command} is not over after {WALK_S:g} s")
 
     def centre(self) -> None:
-        """Have a locomotion controller put all legs down and straight out."""
+        """Have a locomotion controller put all legs down and straight out, one after another.
+
+        Raises:
+            RigError: nothing comes any more.
+            TargetTimeout: it listens and does not take it, or does not end it.
+        """
         self._order(Letter.CENTRE, *self._sign())
+        if not self.await_prompt(time.monotonic() + WALK_S):
+            self.give_up(f"the legs are not centred after {WALK_S:g} s")
 
     def dump(self, first_byte: int = 0, last_byte: int = EEPROM_BYTES - 1) -> bytes:
         """Return a range of the EEPROM of the running slot, read until it is whole.

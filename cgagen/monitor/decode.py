@@ -23,7 +23,9 @@ LONGEST_LINE = 200
 
 FAULTS: dict[Fault, str] = {
     Fault.BUSY: "the step line has been low for longer than the longest movement takes",
-    Fault.REFUSED: "no locomotion controller has accepted the command",
+    Fault.REFUSED: "no locomotion controller has accepted the command; it is off, starts, or is in "
+    "bench mode",
+    Fault.CUT: "the step before was not walked to its end; the locomotion controller started anew",
     Fault.LOW: "something else holds the step line low",
     Fault.IDLE: "no command for some seconds",
     Fault.LINES: "the command lines never read the same twice",

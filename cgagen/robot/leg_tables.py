@@ -59,6 +59,10 @@ def gait_of(table: Table) -> Gait:
     return gait
 
 
+START_FRAMES = 8
+"""Where a file of an earlier version says nothing of them."""
+
+
 def servo_set_of(table: Table) -> ServoSet:
     """Return all twelve servos."""
     pins, directions, trims = (table.table(key) for key in ("pin", "direction", "trim_counts"))
@@ -82,6 +86,9 @@ def servo_set_of(table: Table) -> ServoSet:
         counts_per_deg=table.number("counts_per_deg", 0.1, 100),
         min_counts=table.integer("min_counts", 1, 5000),
         max_counts=table.integer("max_counts", 1, 5000),
+        start_frames=(
+            table.integer("start_frames", 1, 50) if table.offers("start_frames") else START_FRAMES
+        ),
         servos=tuple(servos),
     )
     table.done()

@@ -35,6 +35,9 @@ LEAST_GAP_MS = 25
 """From one sonar's trigger to the next. Ref: choice; a PING))) listens for 20 ms, and so long its
 burst may come back from somewhere to another sonar."""
 
+LONGEST_ECHO_MS = 20
+"""What a rest stood behind, at most, in robot files of earlier versions."""
+
 MODELS = ("BS2", "BS2e", "BS2sx", "BS2p", "BS2pe")
 
 
@@ -183,16 +186,16 @@ def _locomotion(table: Table) -> LocomotionChip:
 
 
 def _echo(table: Table) -> Echo:
-    if table.has("rest_ms"):
-        raise table.error(
-            "rest_ms",
-            "a rest behind an echo does not keep sonars apart; write trigger_gap_ms = "
-            f"{LEAST_GAP_MS} in its place, from one trigger to the next",
-        )
+    """Return how sonars are asked; `rest_ms` is an earlier version's, a rest behind an echo."""
+    if table.offers("rest_ms") and not table.has("trigger_gap_ms"):
+        rest_ms = table.integer("rest_ms", 1, 1000 - LONGEST_ECHO_MS)
+        gap_ms = max(LEAST_GAP_MS, rest_ms + LONGEST_ECHO_MS)
+    else:
+        gap_ms = table.integer("trigger_gap_ms", LEAST_GAP_MS, 1000)
     echo = Echo(
         us_per_in=table.number("us_per_in", 60, 90),
         trigger_us=table.number("trigger_us", 2, 100),
-        trigger_gap_ms=table.integer("trigger_gap_ms", LEAST_GAP_MS, 1000),
+        trigger_gap_ms=gap_ms,
     )
     table.done()
     return echo

@@ -263,12 +263,16 @@ class Servo:
 
 @dataclass(frozen=True, slots=True)
 class ServoSet:
-    """All twelve, leg by leg in the order of `LEGS`, horizontal before vertical."""
+    """All twelve, leg by leg in the order of `LEGS`, horizontal before vertical.
+
+    `start_frames` is how many frames each leg is given, alone, when all are brought to the centre.
+    """
 
     centre_counts: int
     counts_per_deg: float
     min_counts: int
     max_counts: int
+    start_frames: int
     servos: tuple[Servo, ...]
 
 

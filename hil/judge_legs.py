@@ -56,7 +56,7 @@ def judge_legs(subject: Subject, image: Image, coverage: Coverage | None = None)
 
 
 def _start(trial: LegsTrial) -> None:
-    """The legs rise one after another, banner, prompts; then GO is awaited, or a movement begins."""
+    """Legs rise one after another, banner, prompts; GO is awaited, or a movement begins."""
     robot, began_ns = trial.robot, trial.now_ns
     trial.go_on(2)
     servos = sum(1 << one.pin for one in robot.servo_set.servos)

@@ -114,7 +114,7 @@ class LegsTrial(Trial):
         return frames
 
     def listens(self) -> None:
-        """Go on to the end of its listening; it never holds the line: that would be an acceptance."""
+        """Go on to the end of its listening; it never holds the line, as if it accepted."""
         want(self.wait("byte 62", STARTS_MS), "banner", "no prompt after a reset")
         while self.wait("byte 62", LISTENS_MS):
             want(not self.holds, "handshake", "holds the step line before it was told anything")

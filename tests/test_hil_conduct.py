@@ -54,7 +54,7 @@ FAULTS = [
     ("locomotion", "BenchHello: ", "BenchHello:\n  LOW StepLine  ' ", "in bench mode, as if it"),
     ("locomotion", "      GOSUB Rise\n", "      GOSUB Pulses\n", "rise: two legs start"),
     ("locomotion", "    frames = StartFrames\n", "    frames = 1\n", "bench: centres a leg in 1"),
-    ("main", "  IF polls < least THEN", "  IF polls > least THEN", "of a whole movement"),
+    ("main", "  IF polls < least THEN", "  IF polls * 9 < least THEN", "was cut short"),
     ("main", "  PAUSE GoTime", "  PAUSE GoTime - 1", "handshake: says GO too shortly"),
     ("main", "Start:\n", "Start:\n  LOW StepLine\n  PAUSE 9\n  INPUT StepLine\n", "drives a line"),
     ("main", "decisions = decisions + 1", "decisions = decisions + 1 & 127", "telemetry"),

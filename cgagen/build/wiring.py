@@ -8,6 +8,9 @@ from cgagen.robot.values import SLOW_MODELS, Robot
 
 _WIDTH = 100
 
+SONAR_MA = {"ping": 35, "srf04": 50}
+"""At most each. Ref: S6, S8."""
+
 
 def wiring_text(robot: Robot) -> str:
     """Return the wiring of a robot as text; the same robot gives the same bytes."""
@@ -33,12 +36,36 @@ def _table(title: str, uses: tuple[PinUse, ...]) -> list[str]:
     return [*lines, f"  free: {', '.join(free) or 'none'}"]
 
 
+SERVO_LOADED_A, SERVO_STALLED_A = 0.25, 1.0
+"""One servo's current. Ref: S10."""
+
+
+def _supply(robot: Robot) -> str:
+    """Return what the servos need: the legs that stand may stall, the others turn."""
+    legs = len(robot.servo_set.servos) // 2
+    up = min(sum(pose.up) for pose in robot.gait.poses if any(pose.up))
+    stand = 2 * (legs - up)
+    turn = 2 * legs - stand
+    ampere = stand * SERVO_STALLED_A + turn * SERVO_LOADED_A
+    all_a = 2 * legs * SERVO_STALLED_A
+    return (
+        f"Servos have a supply of their own, of the servos' voltage and for at least {ampere:g} A: "
+        f"{stand} on the legs that stand in a step x {SERVO_STALLED_A:g} A, which one that is "
+        f"stalled takes, and {turn} on those that are lifted x {SERVO_LOADED_A:g} A under load "
+        "(S10). Legs are started one after another, or all would stall together "
+        f"({all_a:g} A). Never from a Stamp's +5 V."
+    )
+
+
 def _notes(robot: Robot) -> list[str]:
     notes = [
         "One ground for both Stamps, the servo supply and all sensors. Both Stamps are switched "
         "on together: a Stamp without supply would be fed through its inputs.",
-        "Servos have a supply of their own, of the servos' voltage and for at least 3 A: twelve "
-        "take some 0.25 A each under load and up to 1 A stalled (S10). Never from a Stamp's +5 V.",
+        _supply(robot),
+        "Servos are analogue ones: the frames of pulses are 24 to 38 ms apart, which an analogue "
+        "servo takes, with less torque beyond 20 ms, and a digital one may not (S29).",
+        "Each servo's signal has 10 kohm to ground: from power-up to the first instruction the "
+        "Stamp's pins float, and a servo may take what it picks up for a pulse.",
         "Each command line has 470 ohm in series and, at the locomotion controller, 10 kohm to "
         "ground: a main controller that is off or in reset then reads as 000.",
     ]
@@ -67,6 +94,12 @@ def _notes(robot: Robot) -> list[str]:
         notes.append("PING))): +5 V, ground and SIG; 35 mA at most each (S6).")
     if "srf04" in kinds:
         notes.append("SRF04: +5 V, ground, trigger and echo; 50 mA at most each (S8).")
+    milliampere = sum(SONAR_MA[sonar.kind] for sonar in robot.sonars)
+    notes.append(
+        f"All sonars together take {milliampere} mA: from the board's own 5 V regulator, made for "
+        "that and both Stamps, and never from a Stamp's +5 V pin, whose regulator is for "
+        "the module and little more."
+    )
     grounded = [sonar.name for sonar in robot.sonars if robot.grounds_mode(sonar)]
     if grounded:
         notes.append(

@@ -88,7 +88,7 @@ def locomotion_pins(robot: Robot) -> tuple[PinUse, ...]:
         turned = "" if servo.direction > 0 else ", mirrored"
         trim = f", trim {servo.trim_counts:+d} counts" if servo.trim_counts else ""
         what = f"servo {servo.leg} {servo.joint}{turned}{trim}"
-        uses.append(PinUse(servo.pin, servo_pin_name(servo), what, "direct"))
+        uses.append(PinUse(servo.pin, servo_pin_name(servo), what, "10 kohm to ground"))
     for bit, (pin, other) in enumerate(
         zip(robot.link.locomotion_pins, robot.link.main_pins, strict=True)
     ):

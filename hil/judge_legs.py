@@ -67,6 +67,7 @@ def _start(trial: LegsTrial) -> None:
     elif not trial.wait("moved", STARTS_MS):
         trial.check_gaps("gaps")
         want(False, "hang", "never walks what the lines say")
+    trial.check_gaps("gaps")
     wanted = banner_text(trial.subject.banner("locomotion")) + "\r"
     want(trial.said.rstrip(">") == wanted, "banner", f"says {trial.said!r}")
     prompts = trial.heard_ns[len(wanted) :]

@@ -14,6 +14,9 @@ ORDER = (2, 3, 4, 5, 6, 7, 1, 0)
 MOST_BETWEEN = 3
 """Frames between two movements. Choice: one for reading the lines, one for the tables, one more."""
 
+MIDDLE = SERVOS // 2
+"""A servo in the middle of a frame."""
+
 UNSTEADY_MS = 300
 """How long the lines change all the time. Choice: several words of it."""
 
@@ -78,6 +81,8 @@ class _Walked:
     def __init__(self, trial: LegsTrial, command: int) -> None:
         self._trial = trial
         self._first = len(trial.rises[0]) - 1
+        # Servos of the legs that rise first have had more frames before those of all.
+        self._ahead = trial.robot.servo_set.start_frames * (MIDDLE // 2)
         self._began_ns = trial.rises[0][-1]
         self._wanted: list[Frame] = []
         self._names: list[str] = []
@@ -120,9 +125,10 @@ class _Walked:
 
     def _to_frame(self, number: int) -> None:
         """Go on to the middle of a frame, counted from 1."""
-        trial, index = self._trial, SERVOS // 2
+        trial, index = self._trial, MIDDLE
         limit_ns = trial.now_ns + (number + MOST_BETWEEN) * FRAME_LIMIT_MS * MS
-        while len(trial.rises[index]) < self._first + number and trial.now_ns < limit_ns:
+        wanted = self._first + self._ahead + number
+        while len(trial.rises[index]) < wanted and trial.now_ns < limit_ns:
             trial.wait(f"pulse {index}", FRAME_LIMIT_MS)
         want(trial.now_ns < limit_ns, "gaps", "pulses come late")
 

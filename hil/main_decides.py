@@ -8,7 +8,7 @@ from hil.simulated import commands_by_state
 from hil.target import Stimulus
 from hil.trial import MS, want
 
-ARRIVAL_NS = 3_000 * MS
+ARRIVAL_NS = 8_000 * MS
 """How long a program may take to its first decision. Choice: three times what it takes."""
 
 

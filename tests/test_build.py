@@ -106,7 +106,9 @@ def test_the_wiring_names_every_pin_and_part(case: str) -> None:
     for pins in data["servo"]["pin"].values():
         assert all(f"  P{pin} " in locomotion for pin in pins)
     assert main.count("470 ohm in series\n") == (3 if case == "predator-free-running" else 4)
-    assert locomotion.count("10 kohm to ground\n") == 3
+    assert locomotion.count("10 kohm to ground\n") == 3 + 12
+    for words in ("analogue", "for at least 7.5 A", "from the board's own 5 V regulator"):
+        assert words in " ".join(locomotion.split())
     assert ("10 kohm to +5 V\n" in locomotion) == (case != "predator-free-running")
     assert "220 ohm, 10 kohm to +5 V" in main
     for words in ("One ground for both", "supply of their own"):

@@ -59,7 +59,7 @@ FAULTS = [
         "  PAUSE 40\n  GOSUB Pulses\n  GOSUB Move",
         "gaps: ",
     ),
-    ("locomotion", "GOSUB Centre\n  GOSUB SayWho", "GOSUB SayWho\n  GOSUB Centre", "g"),
+    ("locomotion", "      GOSUB Rise\n", "      GOSUB Pulses\n", "rise: "),
     (
         "locomotion",
         "command = commandLines & %0111\n",
@@ -69,7 +69,7 @@ FAULTS = [
     ("locomotion", "  IF command = (commandLines & %0111) THEN Walk", "  GOTO Walk", "faults: "),
     ("locomotion", '"*LINES"', '"*LINE"', "faults: says "),
     ("locomotion", "  lastMove = request(3)\n", "", "bench: ?M0a is walked twice"),
-    ("locomotion", "BenchLeave:\n", "BenchLeave:\n  GOSUB Centre\n", "after leaving"),
+    ("locomotion", "BenchLeave:\n", "BenchLeave:\n  liftLM = 140\n", "after leaving"),
     (
         "main",
         "  GOSUB Sense\n  GOSUB Decide",

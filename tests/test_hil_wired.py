@@ -53,10 +53,11 @@ class Repeating(BytePipe):
 class Dying(BytePipe):
     """Falls silent when it is asked a question."""
 
-    silent = False
+    silent, before = False, b""
 
     def outgoing(self, data: bytes) -> bytes:
-        self.silent = self.silent or b"Q" in data
+        heard, self.before = self.before + data, data[-1:]  # a block of a dump may be called Q
+        self.silent = self.silent or b"?Q" in heard or b"!Q" in heard
         return b"" if self.silent else data
 
 

@@ -59,7 +59,12 @@ FAULTS = [
         "  PAUSE 40\n  GOSUB Pulses\n  GOSUB Move",
         "gaps: ",
     ),
-    ("locomotion", "      GOSUB Rise\n", "      GOSUB Pulses\n", "rise: "),
+    (
+        "locomotion",
+        "      GOSUB Rise\n      PAUSE 5 - phase * 4",
+        "      GOSUB Pulses\n      PAUSE 0",
+        "rise: ",
+    ),
     (
         "locomotion",
         "command = commandLines & %0111\n",

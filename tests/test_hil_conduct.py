@@ -49,10 +49,12 @@ def test_a_slow_robot_may_take_its_time(tokenizer: Tokenizer) -> None:
 
 LATCHED = "  commandLatch = command "
 
+RISES = "      GOSUB Rise\n      PAUSE 5 - phase * 4"
+
 FAULTS = [
     ("locomotion", "DIRS = %0000", "DIRS = %1000", "handshake: holds the step line"),
     ("locomotion", "BenchHello: ", "BenchHello:\n  LOW StepLine  ' ", "in bench mode, as if it"),
-    ("locomotion", "      GOSUB Rise\n      PAUSE 5 - phase * 4", "      GOSUB Pulses\n      PAUSE 0", "rise: two legs start"),
+    ("locomotion", RISES, "      GOSUB Pulses\n      PAUSE 0", "rise: two legs start"),
     ("locomotion", "    frames = StartFrames\n", "    frames = 1\n", "bench: centres a leg in 1"),
     ("main", "  IF polls < least THEN", "  IF polls * 9 < least THEN", "was cut short"),
     ("main", "  PAUSE GoTime", "  PAUSE GoTime - 1", "handshake: says GO too shortly"),

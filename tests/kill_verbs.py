@@ -46,6 +46,9 @@ WRITING_S = 0.2
 ORPHAN_S = 15.0
 """How long a worker may take to see that its owner is gone, on a busy machine. Choice."""
 
+BEFORE = b"Fatal Python error: init_import_site"
+"""What the interpreter says where Ctrl-C comes before it has come to any code of ours."""
+
 EVOLVE = "evolve --generations 30 --population 64 --starts 2 --steps 60 --fixed-starts 8"
 
 
@@ -185,6 +188,8 @@ class Bench:
                 process.send_signal(number)
                 err = process.communicate(timeout=LIMIT_S)[1]
         code = process.returncode
+        if BEFORE in err:  # nothing of ours has run
+            code, err = -number, b""
         stopped = {-number, 128 + number if verb.code is None else verb.code}
         if number != signal.SIGKILL:
             stopped |= {128 + number}

@@ -50,7 +50,7 @@ def text_stream(path: Path) -> Iterator[TextIO]:
     """Write text of any length; a file takes its name when the block ends.
 
     It does so where the block ends in an error, too: what led to the error is what one wants to
-    read then.
+    read then. Not so where a signal has torn the block apart: it may have been amid a line.
 
     Raises:
         CgagenError: see `write_bytes`.
@@ -133,7 +133,7 @@ def _written(path: Path, in_any_case: bool = False) -> Iterator[BinaryIO]:
         file = stack.enter_context(io.BufferedWriter(_Written(handle, path, closefd=False)))
         try:
             yield file
-        except BaseException:
+        except Exception:
             if in_any_case:
                 _take_over(file, temporary, place)
             raise

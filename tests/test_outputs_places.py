@@ -177,6 +177,13 @@ def test_an_error_of_the_block_is_not_the_disks(tmp_path: Path) -> None:
     assert [name for name in os.listdir(tmp_path) if is_temporary(name)] == []
 
 
+def test_a_stream_that_is_torn_apart_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt), text_stream(tmp_path / "a") as file:
+        file.write("half a li")
+        raise KeyboardInterrupt
+    assert os.listdir(tmp_path) == []
+
+
 def test_descriptors_have_many_names(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to("/dev/stdout")
     (tmp_path / "more").symlink_to("link")

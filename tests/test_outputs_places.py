@@ -178,9 +178,13 @@ def test_an_error_of_the_block_is_not_the_disks(tmp_path: Path) -> None:
 
 
 def test_a_stream_that_is_torn_apart_leaves_nothing(tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), text_stream(tmp_path / "a") as file:
-        file.write("half a li")
-        raise KeyboardInterrupt
+    def torn() -> None:
+        with text_stream(tmp_path / "a") as file:
+            file.write("half a li")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        torn()
     assert os.listdir(tmp_path) == []
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from cgagen.build.record import RECORD_FILE, ROBOT_FILE
 from cgagen.build.record import read_record as read_build
-from cgagen.errors import CgagenError, FolderError, GenomeError
+from cgagen.errors import CgagenError, FolderError, GenomeError, RobotError
 from cgagen.files import digest
 from cgagen.genome import Genome, check_interface
 from cgagen.inputs import BUILD_FILE, read_text
@@ -98,6 +98,11 @@ def match(genome: Genome, path: Path, named: str | None = None) -> Match:
         return Match(robot, home, _differs(genome, robot, named, home))
     try:
         home = home_of(path)
+    except RobotError as error:
+        # the folder's own file is held to its digest, so what is to be changed is a copy
+        raise RobotError(
+            f"{error}; do so in a copy of that file, and name the copy with --robot"
+        ) from error
     except CgagenError as error:
         raise type(error)(f"{error}; or name the robot with --robot") from error
     says_nothing = genome.interface is None
@@ -130,10 +135,10 @@ def _run(folder: Path) -> Home:
     inputs = record.inputs
     return Home(
         folder / PREDATOR_FILE,
-        parse_robot(inputs.predator, PREDATOR_FILE),
+        parse_robot(inputs.predator, str(folder / PREDATOR_FILE)),
         record,
-        parse_robot(inputs.prey, PREY_FILE),
-        parse_arena(inputs.arena, ARENA_FILE),
+        parse_robot(inputs.prey, str(folder / PREY_FILE)),
+        parse_arena(inputs.arena, str(folder / ARENA_FILE)),
     )
 
 
@@ -151,7 +156,7 @@ def _build(folder: Path) -> Home | None:
             f"{file}: is not the robot that the folder was built for; put it back, or build the "
             "folder again"
         )
-    robot = parse_robot(text, ROBOT_FILE)
+    robot = parse_robot(text, str(file))
     if robot.role is not Role.PREDATOR:
         return None
     return Home(file, robot)

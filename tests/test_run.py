@@ -140,6 +140,14 @@ def test_trials_in_processes_give_the_same_files(tmp_path):
     )
 
 
+def test_workers_run_nothing_of_the_folder_that_one_works_in(tmp_path, monkeypatch):
+    for name in ("pickle", "runpy", "multiprocessing"):
+        (tmp_path / f"{name}.py").write_text("open('armed', 'w').close()\n")
+    monkeypatch.chdir(tmp_path)
+    start(tmp_path / "run", record(trials=2), ToyFactory(), workers=2)
+    assert not (tmp_path / "armed").exists()
+
+
 def test_a_trial_of_several_is_the_trial_alone():
     for name, data in unbroken(1)[1].items():
         assert unbroken(3)[1][f"trial-1/{name}"] == data

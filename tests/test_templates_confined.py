@@ -174,4 +174,24 @@ def test_a_program_that_is_refused_is_located_and_left(tmp_path: Path, tokenizer
 def test_a_folder_of_many_files_is_looked_at_in_part(tmp_path: Path) -> None:
     for number in range(1_200):
         (tmp_path / f"{number}.txt").touch()
-    assert len(Renderer(tmp_path).notes()) == 1_001
+    first, *_, more, nothing = notes = Renderer(tmp_path).notes()
+    assert len(notes) == 12
+    assert "no template of that name is used" in first
+    assert more.endswith("990 more files likewise")
+    assert "replaces no template" in nothing
+
+
+def test_nothing_of_the_folder_that_one_works_in_is_run(tmp_path: Path, monkeypatch) -> None:
+    for name in ("json", "pickle", "jinja2", "cgagen"):
+        (tmp_path / f"{name}.py").write_text("import pathlib; pathlib.Path('armed').touch()\n")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "_telemetry.j2").write_bytes((CHECKOUT / "_telemetry.j2").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    assert generate(PREDATOR, GENOME, tmp_path / "mine").files == generate(PREDATOR, GENOME).files
+    assert not (tmp_path / "armed").exists()
+
+
+@pytest.mark.parametrize("numbers", ["99999:1", "9" * 5_000 + ":1", "0:" + "9" * 5_000])
+def test_a_templates_own_text_may_look_like_a_mark(tmp_path: Path, numbers: str) -> None:
+    (tmp_path / "_telemetry.j2").write_text(f"{{{{ '\\x02{numbers}\\x03' }}}}'\n", "utf-8")
+    assert generate(PREDATOR, GENOME, tmp_path).programs

@@ -1,5 +1,6 @@
 """Which robot a genome is for: what was named, the run or build around it, or what ships."""
 
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from cgagen.build import make_build, write_build
-from cgagen.errors import CgagenError, FolderError, GenomeError, RunError
+from cgagen.cli import main
+from cgagen.errors import CgagenError, FolderError, GenomeError, RobotError, RunError
+from cgagen.files import digest
 from cgagen.genome import Genome, to_text
 from cgagen.robot import ROBOTS_FOLDER, Robot, load_robot
 from cgagen.robot.reader import parse_robot
@@ -160,3 +163,32 @@ def test_folders_without_a_record_are_no_home(tmp_path: Path) -> None:
     assert home_of(moved) is None
     with pytest.raises(CgagenError, match="--robot FILE"):
         robot_of(TABLE, moved)
+
+
+def older(text: str) -> str:
+    """Return a robot's text as releases before `trigger_gap_ms` wrote it."""
+    return re.sub(r"trigger_gap_ms = \d+", "rest_ms = 5", text)
+
+
+def test_a_run_of_an_older_release_is_no_dead_end(tmp_path: Path, capsys) -> None:
+    """Its robot is refused with what to do, and its genome is still described."""
+    arena = (ROBOTS_FOLDER / "colony.toml").read_text()
+    inputs = Inputs(
+        older(MINE.text), PREY.text, arena, MINE.name, MINE.interface, digest(older(MINE.text))
+    )
+    write_beginning(tmp_path, RunRecord(RunSettings(), inputs, (("cgagen", "0"), ("world", "0"))))
+    path = tmp_path / "best.genome"
+    path.write_text(to_text(TABLE))
+    with pytest.raises(RobotError) as refused:
+        robot_of(TABLE, path)
+    sentence = str(refused.value)
+    assert sentence.startswith(f"{tmp_path / '1-predator.toml'}: [echo] rest_ms: ")
+    assert "write trigger_gap_ms = 25 in its place" in sentence
+    assert sentence.endswith("in a copy of that file, and name the copy with --robot")
+    assert main(["info", str(path)]) == 0
+    told = capsys.readouterr()
+    assert f"a genome for {MINE.name}" in told.out
+    assert sentence in told.err
+    copy = tmp_path / "copy.toml"
+    copy.write_text(MINE.text)
+    assert robot_of(TABLE, path, str(copy)).robot.digest == MINE.digest

@@ -1,6 +1,7 @@
 """Finds templates, has them filled in, and tells what a user's folder does and does not replace."""
 
 from collections.abc import Mapping
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,9 @@ CHECKOUT = Path(__file__).parent.parent.parent / "templates"
 
 MOST_FILES = 1_000
 """Of a user's folder that are looked at for their names. Choice."""
+
+MOST_NOTES = 10
+"""On files of a user's folder that nothing asks for. Choice."""
 
 
 def shipped_templates() -> Path:
@@ -73,8 +77,9 @@ class Renderer:
         if self._own is None:
             return ()
         ours = {path.name for path in shipped_templates().glob("*.j2")}
-        files = sorted(path for path in self._own.rglob("*") if path.is_file())
-        names = {str(path.relative_to(self._own)): path for path in files[:MOST_FILES]}
+        found = islice(self._own.rglob("*"), MOST_FILES)
+        files = sorted(path for path in found if path.is_file())
+        names = {str(path.relative_to(self._own)): path for path in files}
         known = ", ".join(sorted(ours))
         notes = [
             f"{short(str(path), 300)}: no template of that name is used"
@@ -82,6 +87,8 @@ class Renderer:
             for name, path in names.items()
             if name not in self._digests and name not in ours
         ]
+        if len(notes) > MOST_NOTES:
+            notes[MOST_NOTES:] = [f"{self._own}: {len(notes) - MOST_NOTES} more files likewise"]
         if not names.keys() & self._digests.keys():
             notes.append(f"{self._own}: replaces no template of this robot's; there are {known}")
         return tuple(notes)

@@ -23,7 +23,7 @@ from cgagen.shown import short
 LONGEST_PROGRAM = MIB
 """Characters; a Stamp holds 2,048 bytes. Choice."""
 
-_MARK = re.compile("\x02(\\d+):(\\d+)\x03")
+_MARK = re.compile("\x02(\\d{1,6}):(\\d{1,6})\x03")
 
 _UNMARKED = (nodes.Macro, nodes.AssignBlock, nodes.FilterBlock, nodes.CallBlock)
 """Text inside of these is looked at by expressions before it is put out."""
@@ -140,6 +140,8 @@ def _unmarked(text: str, files: list[str]) -> tuple[str, list[tuple[str, int]]]:
     for line in text.split("\n"):
         place = ("", 0)
         for match in _MARK.finditer(line):
+            if int(match[1]) >= len(files):
+                continue  # a template's own, which may look like a mark of ours
             place = (files[int(match[1])], int(match[2]))
             rest = line[match.end() :]
             if rest and not rest.startswith("\x02"):

@@ -5,11 +5,13 @@ stop. So a worker ends when its parent is killed, and the parent hears when a wo
 """
 
 import multiprocessing
+import os
 import signal
 import time
 import traceback
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import connection
 from multiprocessing.connection import Connection
@@ -92,9 +94,24 @@ def _launch(job: Job, make_world: WorldFactory) -> tuple[Connection, _Worker]:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_work, args=(job, make_world, theirs), daemon=True)
-    process.start()
+    with _safe_path():
+        process.start()
     theirs.close()  # else its end would stay open here, and a killed worker would go unnoticed
     return ours, _Worker(process, job)
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Start Python without the current folder: a pickle.py in it is not ours to run."""
+    before = os.environ.get("PYTHONSAFEPATH")
+    os.environ["PYTHONSAFEPATH"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["PYTHONSAFEPATH"]
+        else:
+            os.environ["PYTHONSAFEPATH"] = before
 
 
 def _kill(running: dict[Connection, _Worker]) -> None:

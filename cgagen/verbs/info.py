@@ -9,7 +9,7 @@ from cgagen.verbs.console import Console, with_console
 from cgagen.verbs.info_folder import describe_build, describe_run
 from cgagen.verbs.info_sorts import Sort, sort_of
 from cgagen.verbs.rules import FREE, given_in, name_of
-from cgagen.verbs.world_options import load_hunter, world_options
+from cgagen.verbs.world_options import Hunter, load_hunter, world_options
 
 if TYPE_CHECKING:
     from cgagen.genome import Genome
@@ -101,11 +101,38 @@ def _refuse_other_options(kind: Sort) -> None:
 
 
 def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:
+    """Describe a genome: of itself, and what it does in its world where that can be had."""
+    from cgagen.errors import RobotError
+    from cgagen.genome import load
+
+    try:
+        hunter = load_hunter(file, given["robot"], given, console.note)
+    except RobotError as error:  # a run of an older version: its genome is to be read all the same
+        if given["robot"]:
+            raise
+        genome = load(file)
+        console.note(f"note: {error}")
+        console.result(_of_itself(genome), "\n".join(_bare_lines(file, genome)))
+    else:
+        _in_its_world(console, file, hunter)
+
+
+def _of_itself(genome: "Genome") -> dict[str, Any]:
+    """Return what a genome's file says, for JSON."""
+    return {
+        "kind": "genome",
+        "robot": genome.robot,
+        "digest": genome.digest,
+        "origin": {"standing": str(genome.standing), **_said(genome)},
+        "commands": genome.commands(),
+    }
+
+
+def _in_its_world(console: Console, file: Path, hunter: Hunter) -> None:
     from cgagen.run.streams import Purpose, stream
     from sim.episode import visits_of
     from sim.model import World, words_of
 
-    hunter = load_hunter(file, given["robot"], given, console.note)
     genome, predator, prey, arena, options, settings = hunter
     world = World(predator, prey, arena, options, steps=settings.steps)
     generator = stream(settings.fixed_starts_seed, 0, 0, Purpose.FIXED_STARTS)
@@ -114,12 +141,7 @@ def _genome(console: Console, file: Path, given: dict[str, Any]) -> None:
     _, caught = world.play(words, starts)
     visits = visits_of(words[:, 0].copy(), starts, settings.steps, world.numbers).tolist()
     captured = int((caught > 0).sum())
-    data = {
-        "kind": "genome",
-        "robot": genome.robot,
-        "digest": genome.digest,
-        "origin": {"standing": str(genome.standing), **_said(genome)},
-        "commands": genome.commands(),
+    data = _of_itself(genome) | {
         "visits": visits,
         "visited": sum(count > 0 for count in visits),
         "captured": captured,
@@ -147,17 +169,9 @@ def _genome_lines(
         captured: how many of those starts end in a capture.
         starts: how many there are.
     """
-    from cgagen.genome import Standing, origin_text
-
     met = sum(1 for count in visits if count)
-    facts = [f"{file.name}: a genome for {genome.robot}, digest {genome.digest[:8]}"]
-    facts += [origin_text(genome)] if genome.standing is not Standing.NONE else []
     return [
-        *facts,
-        "",
-        *_gene_rows(genome, visits),
-        "",
-        "   ".join(f"{short} {name}" for name, short in SHORT.items()),
+        *_bare_lines(file, genome, visits),
         "The share is how often a state was met, up to the capture; - is never.",
         "",
         f"{captured} of {starts} fixed starts end in a capture.",
@@ -167,20 +181,35 @@ def _genome_lines(
     ]
 
 
-def _gene_rows(genome: "Genome", visits: list[int]) -> list[str]:
+def _bare_lines(file: Path, genome: "Genome", visits: list[int] | None = None) -> list[str]:
+    """Return what is said of a genome in any case; `visits` as of `_genome_lines`, if known."""
+    from cgagen.genome import Standing, origin_text
+
+    facts = [f"{file.name}: a genome for {genome.robot}, digest {genome.digest[:8]}"]
+    facts += [origin_text(genome)] if genome.standing is not Standing.NONE else []
+    return [
+        *facts,
+        "",
+        *_gene_rows(genome, visits),
+        "",
+        "   ".join(f"{short} {name}" for name, short in SHORT.items()),
+    ]
+
+
+def _gene_rows(genome: "Genome", visits: list[int] | None) -> list[str]:
     """Return the table of genes: a row an obstacle, a column a target."""
     from cgagen.words import COMMANDS, Role, Situation, situation_name, state_of
 
-    commands, total = genome.commands(), max(sum(visits), 1)
+    commands, total = genome.commands(), max(sum(visits or ()), 1)
     rows = [" " * 13 + "".join(f"{situation_name(t, 'target'):>13}" for t in Situation)]
     for obstacle in Situation:
         row = f"{situation_name(obstacle, 'object'):13}"
         for target in Situation:
             state = state_of(obstacle, target)
             short = SHORT[COMMANDS[Role.PREDATOR][commands[state]]]
-            share = f"{visits[state] / total:7.2%}" if visits[state] else "      -"
-            row += f"{short:>5} {share}"
-        rows.append(row)
+            share = f"{visits[state] / total:7.2%}" if visits and visits[state] else "      -"
+            row += f"{short:>5} {share if visits is not None else ' ' * 7}"
+        rows.append(row.rstrip())
     return rows
 
 

@@ -40,6 +40,7 @@ KERNEL_FILES = (
             "starts.py",
             "model.py",
             "entry.py",
+            "kernel_cache.py",
         )
     ),
 )

@@ -27,6 +27,7 @@ from cgagen.robot import load_robot
 from cgagen.serve import Server, serve
 from cgagen.stamp.chips import Chip, chip
 from cgagen.stamp.image import SENT, Image, Use
+from cgagen.stamp.packets import packets_of
 from hil.emulated import robot_bench
 from tests.flash_cases import CHIPS, PREDATOR, blank, robot
 from tests.other_program import opened_by_another
@@ -193,7 +194,9 @@ def test_emulated_ports_need_nothing_at_all(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["--json", "flash", str(PREDATOR), "--port", "emu"]) == 0
-    assert json.loads(capsys.readouterr().out)["main"]["blocks"] == 76
+    assert json.loads(capsys.readouterr().out)["main"]["blocks"] == len(
+        packets_of(checked_images(PREDATOR)["main"])
+    )
     path = tmp_path / "hello.bs2"
     path.write_text('\' {$STAMP BS2}\nDEBUG "hello", CR\nEND\n', "utf-8")
     assert main(["flash", str(path), "--port", "emu"]) == 0

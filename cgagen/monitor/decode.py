@@ -60,13 +60,13 @@ class Decoder:
 
     >>> from cgagen.robot import load_robot
     >>> decoder = Decoder(load_robot("servobot-predator"))
-    >>> [line] = decoder.lines(b">:3 F1843 R0 L23125 LL170 LR0 AL1 AR0 S43 C3\r")
+    >>> [line] = decoder.lines(b">:3 F1966 R0 L24666 LL170 LR0 AL1 AR0 S43 C3\r")
     >>> print(line.text.replace("; ", ";\n   "))
     3: front 10.0 in, right no echo, left nothing;
        lamp left 12.0 in, right dark;
        right touched;
        near_front, near_left: state 43, LEFT_FORWARD
-    >>> [line.text for line in decoder.lines(b"*REFUSED\r")]
+    >>> [line.text.partition(";")[0] for line in decoder.lines(b"*REFUSED\r")]
     ['fault REFUSED: no locomotion controller has accepted the command']
     """
 

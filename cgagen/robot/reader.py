@@ -64,7 +64,7 @@ def load_robot(name_or_path: str, *, role: Role | None = None) -> Robot:
         RobotError: no such robot, or its file says something that cannot be.
 
     >>> load_robot("servobot-predator").situation_counts.front_near
-    1843
+    1966
     """
     name, text = _open(name_or_path, "robot")
     robot = parse_robot(text, name)

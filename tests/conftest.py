@@ -48,6 +48,14 @@ def short_life(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hil.can_session.LIFE_S", 0.5)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Traces of bugs that tests provoke are none of the user's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        yield
+
+
 @pytest.fixture
 def emulate(
     capfdbinary: pytest.CaptureFixture[bytes],

@@ -18,7 +18,7 @@ from cgagen.genome import origin_text
 from cgagen.words import GENES, Role, situation_name, situations_of
 from hil.benches import Counted
 from hil.boundaries import STEPS, boundaries, steps_of
-from hil.equivalence import Finding, Heard, Trial
+from hil.equivalence import Finding, Heard, Trial, Verdict
 from hil.proof import Proof
 from hil.registers import Compile
 from hil.simulated import commands_by_state
@@ -39,6 +39,7 @@ class Evidence:
 
     Attributes:
         whole: of all cells, where a proof was made; for whoever asks again.
+        beside: what was tried beside decisions, by name; likewise.
     """
 
     def __init__(self, subject: Subject) -> None:
@@ -46,6 +47,7 @@ class Evidence:
         self.coverage: dict[str, SourceCoverage] = {}
         self.timing: Timing | None = None
         self.whole: Proof | None = None
+        self.beside: dict[str, Trial] = {}
         self._proof: dict[str, Any] | None = None
         self._smallest: dict[str, Any] | None = None
         self._limits = boundaries(subject.robot)
@@ -78,6 +80,12 @@ class Evidence:
         self._trials[name] = trial_data(trial)
         if trial.smallest is not None and (not self._smallest or not self._smallest["reading"]):
             self._smallest = finding_data(trial.smallest, self.subject)
+
+    @property
+    def not_tried(self) -> dict[str, str]:
+        """Why something stands there that was not tried, by name."""
+        rows = self._trials.items()
+        return {name: row["reason"] for name, row in rows if row["verdict"] == Verdict.NOT_TRIED}
 
     def table(self, trial: Trial) -> None:
         """Note which entries of the table were looked up."""

@@ -64,14 +64,19 @@ def test_a_build_passes_beside_its_own_genome_and_robot(
 
 def test_what_has_no_effect_without_another_is_refused_where_it_was_typed(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text("def test_it(): pass\n")
-    values = {"requirements": "ids.toml", "kills": "kills.json", "flash": "never"}
+    values = {
+        "requirements": "ids.toml",
+        "kills": "kills.json",
+        "flash": "never",
+        "legs": "serial:/no",
+    }
     assert {f"--hil-{name}" for name in values} == {rule.option for rule in RULES}
     (tmp_path / "ids.toml").write_text("TABLE = 'what it stands for'\n")
     (tmp_path / "kills.json").write_text('{"format": "cgagen-kills-1"}')
     for rule in RULES:
         value = values[rule.option.removeprefix("--hil-")]
         ended = inside(tmp_path, f"{rule.option}={value}")
-        said = f"{rule.option} is for {rule.others[0]}; give both"
+        said = f"{rule.option} is for {' or '.join(rule.others)}; give both"
         assert (ended.returncode, said in ended.stderr) == (4, True), ended.stderr
     ended = inside(tmp_path, CGAGEN_HIL_FLASH="never")
     assert ended.returncode == 0, ended.stderr

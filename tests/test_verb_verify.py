@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 
 import hil.verify
 from cgagen.cli import cgagen
-from cgagen.errors import CgagenError
+from cgagen.errors import CgagenError, MismatchError
 from cgagen.serve import serve
 from cgagen.tokenizer import Tokenizer
 from cgagen.verbs.console import Console
@@ -70,6 +70,15 @@ def test_srf04s_on_a_bs2_pass_when_their_mode_pins_are_grounded(
     found, data = verify(*words)
     seen = data["trials"]["emulator"]["verdict"]
     assert (found, seen) == (code, {9: "FAIL", 11: "PASS"}[code])  # all but a reading: not tried
+
+
+@pytest.mark.parametrize(("built", "named"), [("predator", "prey"), ("prey", "predator")])
+def test_a_build_of_the_other_role_is_a_mismatch(built: str, named: str) -> None:
+    result = call("verify", "--build", str(FIRMWARE / built), "--robot", f"servobot-{named}")
+    assert isinstance(result.exception, MismatchError)
+    told = str(result.exception)
+    assert f"is a build for servobot-{built} " in told
+    assert f"named beside it is servobot-{named} " in told
 
 
 def test_a_hand_edited_source_fails_with_a_reading_and_a_line(build: Path) -> None:

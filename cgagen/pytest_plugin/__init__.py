@@ -59,7 +59,6 @@ from cgagen.pytest_plugin.ours import of_reference, refuse_contradictions, subje
 from cgagen.pytest_plugin.session import (
     BLOCKED,
     LEVEL,
-    NOT_TRIED,
     REQUIREMENT,
     SESSION,
     VERDICT,
@@ -67,6 +66,7 @@ from cgagen.pytest_plugin.session import (
     Ears,
     HilSession,
 )
+from cgagen.pytest_plugin.told import NOT_TRIED
 from cgagen.shown import printable
 
 if TYPE_CHECKING:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import pytest
 
 from cgagen.pytest_plugin.artifacts import FILES, Draw
-from cgagen.pytest_plugin.options import EXHAUSTIVE, HilConfig
+from cgagen.pytest_plugin.options import EXHAUSTIVE, HilConfig, on_wire
 from cgagen.pytest_plugin.ours import errors, load, subject_for
 from cgagen.pytest_plugin.session import SESSION, UNPROVEN, VERDICT
+from cgagen.pytest_plugin.wires import note_left_open, shown
 
 if TYPE_CHECKING:
     from cgagen.stamp.image import Image
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from hil.target import Stimulus, Target
     from hil.traces import Trace
 
-PROOF = "proof"
-"""Target of the trial that is a proof."""
+BESIDE = ("proof", "sources", "emulator:locomotion", "emulator:timing", "emulator:conduct")
+"""Targets of the trials that a test of decisions has besides its own."""
 
 Judge = Callable[["Trial"], "Trial"]
 Check = Callable[["Target", "Sequence[Stimulus] | Trace"], "Trial"]
@@ -93,7 +94,7 @@ def hil_judge(
 
     def judge(trial: "Trial") -> "Trial":
         named = replace(trial, target=shown(trial.target, hil_config.targets))
-        name = " ".join([request.node.nodeid, *_which(trial)])
+        name = " ".join([request.node.nodeid, *_which(trial, hil_config.legs)])
         session.note(name, hil_subject, named)
         request.node.user_properties += [
             ("hil_target", named.target),
@@ -103,6 +104,10 @@ def hil_judge(
             ("hil_genome", hil_subject.origin_digest),
             ("hil_robot", hil_subject.robot.digest),
             ("hil_seed", hil_config.seed),
+        ]
+        left = session.evidence(hil_subject).not_tried if trial.target in hil_config.targets else {}
+        request.node.user_properties += [
+            ("hil_not_tried", f"{row}: {why}") for row, why in left.items()
         ]
         if trial.verdict != "PASS":
             again = session.again(request.node.nodeid)
@@ -122,9 +127,10 @@ def hil_check(
 ) -> Check:
     """Return what applies readings or a trace to a target and fails with a report where it must.
 
-    Of `hil_stimuli` at the exhaustive level, the image is proven on the emulator, too, once for
-    all tests. What a sick bench has blocked is repeated as often as `--hil-reruns` says, after a
-    reset.
+    With `hil_stimuli`, what `cgagen verify` tries of both images besides is tried on the emulator,
+    too, once for all tests: sources, movements, timing, conduct, and at the exhaustive level the
+    proof; and the locomotion controller of `--hil-legs` walks. What a sick bench has blocked is
+    repeated as often as `--hil-reruns` says, after a reset.
     """
 
     def once(target: "Target", stimuli: "Sequence[Stimulus] | Trace") -> "Trial":
@@ -155,10 +161,17 @@ def hil_check(
             reset(target)
             trial = once(target, stimuli)
         trial = hil_judge(trial)
-        if stimuli is hil_stimuli and hil_config.level == EXHAUSTIVE:
+        if stimuli is hil_stimuli:
             compile_source = load("cgagen.tokenizer").compile_source
-            proof = load("hil.proving").whole_proof(hil_evidence, compile_source)
-            hil_judge(proof.trial())
+            if hil_config.level == EXHAUSTIVE:
+                proof = load("hil.proving").whole_proof(hil_evidence, compile_source)
+                hil_judge(proof.trial())
+            beside = load("hil.beside")
+            for other in beside.beside_decisions(hil_evidence, compile_source):
+                hil_judge(other)
+            if hil_config.legs and target.url in hil_config.targets and on_wire(target.url):
+                hil_evidence.trial(beside.LEGS, beside.walked(hil_evidence, hil_config.legs))
+                hil_judge(beside.walked(hil_evidence, hil_config.legs))
         return trial
 
     return check
@@ -218,6 +231,8 @@ def fixtures_of(subjects: tuple[str, ...], targets: tuple[str, ...]) -> object:
         opening = load("hil.opening").open_target
         target = opening(request.param, hil_subject, hil_config.flash, hil_config.reruns)
         try:
+            if on_wire(request.param):
+                note_left_open(request, hil_subject, target, hil_config)
             yield target
         finally:
             target.close()
@@ -234,24 +249,12 @@ def _words(trial: "Trial", subject: "Subject", again: str) -> str:
     return "\n".join([f"{trial.verdict}: {trial.reason}", *told, f"again: {again}"])
 
 
-def shown(url: str, named: tuple[str, ...]) -> str:
-    """Return what a report calls a target: a port that a test has made is another every time.
-
-    >>> shown("serial:socket://127.0.0.1:3333", ()), shown("can:slcan:/dev/pts/0", ())
-    ('serial', 'can:slcan')
-    >>> shown("serial:/dev/ttyUSB0", ("serial:/dev/ttyUSB0",)), shown("emulator:registers", ())
-    ('serial:/dev/ttyUSB0', 'emulator:registers')
-    """
-    kind, _, rest = url.partition(":")
-    if url in named or kind not in ("serial", "serial-reset", "can"):
-        return url
-    return f"can:{rest.partition(':')[0]}" if kind == "can" else kind
-
-
-def _which(trial: "Trial") -> list[str]:
-    """Return which of a test's trials it is: the file of a replay, or the proof."""
+def _which(trial: "Trial", legs: str | None) -> list[str]:
+    """Return which of a test's trials it is: a replayed file, or what is tried beside decisions."""
     name: str = getattr(trial, "trace", "")
-    return [Path(name).name] if name else [PROOF] if trial.target == PROOF else []
+    if trial.target == legs:
+        return ["legs"]
+    return [Path(name).name] if name else [trial.target] if trial.target in BESIDE else []
 
 
 def reset(target: "Target") -> None:

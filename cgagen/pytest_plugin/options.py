@@ -49,6 +49,7 @@ OPTIONS = (
     Option("genome", "FILE", "Genome to build and try.", path=True),
     Option("robot", "NAME|FILE", "Robot to build and try."),
     Option("build", "DIR", "Build folder to try; of the genome, robot named.", path=True),
+    Option("legs", "URL", "Locomotion controller beside a target on a wire: serial[-reset]:PORT."),
     Option("level", "LEVEL", LEVEL_TOLD, choices=LEVELS),
     Option("seed", "N", "For what is chosen by chance (1)."),
     Option("trace", "FILE", "Trace for tests that ask for hil_trace.", many=True, path=True),
@@ -79,11 +80,13 @@ FIRMWARE = GENOME, ROBOT, BUILD = ("genome", "robot", "build")
 """Options that say what is on trial."""
 
 SERIAL = "--hil-target serial:PORT"
+CAN = "--hil-target can:..."
 
 RULES: tuple[Needs, ...] = (
     Needs("--hil-kills", ("--hil-report",)),
     Needs("--hil-requirements", ("--hil-report",)),
     Needs("--hil-flash", (SERIAL,)),
+    Needs("--hil-legs", (SERIAL, CAN)),
 )
 """What has no effect without another one. Genome and robot beside a build are held together."""
 
@@ -111,6 +114,7 @@ class HilConfig:
         requirements: file, or None for those of cgagen's own tests.
         reruns: how often what is BLOCKED is repeated.
         force: files that are not of ours may be written over.
+        legs: the locomotion controller's port, or None.
     """
 
     targets: tuple[str, ...]
@@ -131,6 +135,7 @@ class HilConfig:
     requirements: Path | None = None
     reruns: int = 0
     force: bool = False
+    legs: str | None = None
 
     @property
     def folder(self) -> Path | None:
@@ -196,7 +201,12 @@ def targets_of(config: pytest.Config) -> tuple[str, ...]:
 
 def on_wires(config: pytest.Config) -> bool:
     """Whether a target was named that is no program."""
-    return any(url not in (EMULATOR, SIMULATOR) for url in targets_of(config))
+    return any(map(on_wire, targets_of(config)))
+
+
+def on_wire(url: str) -> bool:
+    """Whether a target is no program."""
+    return url not in (EMULATOR, SIMULATOR)
 
 
 def refuse_without_effect(config: pytest.Config) -> None:
@@ -209,6 +219,7 @@ def refuse_without_effect(config: pytest.Config) -> None:
     typed = {flag for flag in flags if config.getoption(flag, None) is not None}
     there = {flag for flag, name in flags.items() if given(config, name)}
     there |= {SERIAL for url in targets_of(config) if url.startswith("serial")}
+    there |= {CAN for url in targets_of(config) if url.startswith("can")}
     words = trouble((rule for rule in RULES if rule.option in typed), there)
     if words:
         raise pytest.UsageError(words)
@@ -248,6 +259,7 @@ def asked(config: pytest.Config) -> HilConfig:
         requirements=_path(one["requirements"]),
         reruns=_number("reruns", one["reruns"], 0),
         force=_switch(one["force"]),
+        legs=one["legs"],
     )
 
 

@@ -25,6 +25,7 @@ from cgagen.pytest_plugin.ours import (
     subject_for,
     without_outputs,
 )
+from cgagen.pytest_plugin.told import NOT_TRIED, chips_not_asked, told
 
 if TYPE_CHECKING:
     from hil.benches import Counted
@@ -38,16 +39,13 @@ WORKER = "cgagen_hil"
 REQUIREMENT, VERDICT, LEVEL = "hil_req", "hil_verdict", "hil_level"
 """Properties of a test in JUnit's file."""
 
-DECIDING = ("target", "genome", "robot", "build", "level", "seed", "trace")
+DECIDING = ("target", "legs", "genome", "robot", "build", "level", "seed", "trace")
 """Options without which a test is another."""
 
 PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 
 BLOCKED, UNPROVEN = "BLOCKED", "UNPROVEN"
 """Of a test that has failed, and not because a decision was wrong."""
-
-NOT_TRIED = "NOT TRIED"
-"""Of a test that was skipped: the whole is UNPROVEN then."""
 
 
 class HilSession:
@@ -167,10 +165,13 @@ class HilSession:
         if not self._knows:
             return []
         robots = self._robots()
-        lines = [line for robot in robots for line in self._told(robot)]
+        lines = [
+            line for robot in robots for line in told(robot, self.asked.level, self.asked.seed)
+        ]
         lines += [f"{NOT_TRIED} {name}: {why}" for name, why in sorted(self.left_out.items())]
         if self.left_out:
             lines.append(f"UNPROVEN: {len(self.left_out)} tests of firmware were not tried")
+        lines += chips_not_asked(robots)
         if self._lost:
             lines.append(f"BLOCKED: {self._lost} workers have died with what they had found")
         try:
@@ -241,20 +242,6 @@ class HilSession:
                     self.evidence(subject)
         for one in self._evidence.values():
             one.count(counted, compile_source)
-
-    def _told(self, robot: dict[str, Any]) -> list[str]:
-        """Return a line for each trial."""
-        genome = (robot["genome"] or robot["robot"])[:8]
-        main = robot["images"]["main"][:8]
-        return [
-            f"{trial['verdict']} {robot['name']} on {trial['target']}: {trial['decisions']} "
-            f"decisions, level {self.asked.level}, seed {self.asked.seed}, image {main}, "
-            f"genome {genome}"
-            + (f", {trial['stale']} stale" if trial["stale"] else "")
-            + (f", {trial['left_out']} left out" if trial["left_out"] else "")
-            + (f"; {trial['note']}" if trial["note"] else "")
-            for _, trial in sorted(robot["trials"].items())
-        ]
 
     def _write_reports(self, robots: list[dict[str, Any]]) -> list[Path]:
         report, requirements = load("hil.report"), load("hil.requirements")

@@ -166,7 +166,7 @@ def _subject(
     from cgagen.genome import check_interface, load
     from cgagen.robot import load_robot
     from cgagen.verbs.robot_choice import robot_of
-    from hil.subject import alike, read_subject, subject_of
+    from hil.subject import alike, held, read_subject, subject_of
 
     if genome is None and robot is None and build is None:
         raise click.UsageError("give a genome, a build with --build, or a prey with --robot")
@@ -179,6 +179,8 @@ def _subject(
         return subject_of(make_build(body, table, tokenizer), str(genome or body.name))
     subject = read_subject(build)
     body = load_robot(robot) if robot else subject.robot
+    if body.role is not subject.role:
+        held(subject, body, None)  # a prey and a predator have no states in common
     body = subject.robot if alike(body, subject.robot) else body
     if table is not None:
         check_interface(table, body.name, body.interface, body.digest)

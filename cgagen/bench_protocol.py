@@ -7,6 +7,7 @@ here, and so do the tools that talk to it. Nothing in here talks to anything.
 from enum import StrEnum
 from typing import NamedTuple
 
+from cgagen.notations import small_number
 from cgagen.words import Role
 
 VERSION = 1
@@ -172,9 +173,10 @@ def parse_banner(line: str) -> Banner | None:
     """
     words = line.rpartition(BANNER)[2].split(" ")
     chips = {letter: chip for chip, letter in CHIP_LETTERS.items()}
-    if BANNER not in line or len(words) != 5 or not words[0].isdecimal() or words[1] not in chips:
+    number = small_number(words[0])
+    if BANNER not in line or len(words) != 5 or number is None or words[1] not in chips:
         return None
-    return Banner(int(words[0]), chips[words[1]], *words[2:])
+    return Banner(number, chips[words[1]], *words[2:])
 
 
 def banner_in(eeprom: bytes) -> Banner | None:

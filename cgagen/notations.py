@@ -24,6 +24,17 @@ _LONG_KEY = re.compile(rf"(?:{_WORD}[ \t]*\.[ \t]*){{{DEEPEST}}}")
 """A key of so many parts: what reads TOML needs minutes for one of thousands."""
 
 
+def small_number(word: str) -> int | None:
+    r"""Return the number that one to eighteen ASCII digits are; None where a word is anything else.
+
+    `int` refuses 5,000 digits with an error of its own, and takes digits of any script.
+
+    >>> small_number("12"), small_number("-1"), small_number("9" * 5_000), small_number("\u00b2")
+    (12, None, None, None)
+    """
+    return int(word) if re.fullmatch("[0-9]{1,18}", word) else None
+
+
 def parse_toml(text: str) -> dict[str, Any]:
     """Return the content of a TOML file.
 

@@ -32,6 +32,15 @@ def usb(device: str, number: str | None) -> ListPortInfo:
     return port
 
 
+@pytest.mark.parametrize("scheme", ["spy", "SPY"])
+def test_no_port_writes_over_a_file(tmp_path: Path, scheme: str) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    with pytest.raises(RigError, match="writes over any file that it is told"):
+        open_port(f"{scheme}://loop://?file={mine}")
+    assert mine.read_text() == "mine"
+
+
 def test_ports_on_usb_come_first(monkeypatch: pytest.MonkeyPatch) -> None:
     found = [usb("/dev/ttyS0", None), usb("/dev/ttyUSB1", "B2"), usb("/dev/ttyUSB0", "A1")]
     monkeypatch.setattr(list_ports, "comports", lambda: found)

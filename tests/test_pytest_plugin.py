@@ -122,6 +122,9 @@ def test_command_line_before_ini_file_before_environment(tmp_path: Path) -> None
     assert ended.returncode == 0, ended.stdout
     ended = inside(tmp_path, CGAGEN_HIL_RERUNS="often")
     assert "reruns is often; it is a number from 0" in ended.stdout
+    for word in ("\u00b2", "9" * 5_000):
+        ended = inside(tmp_path, f"--hil-seed={word}")
+        assert (ended.returncode, "; it is a number from 0" in ended.stderr) == (4, True), word
     ended = inside(tmp_path, "--hil-seed=-1")
     assert (ended.returncode, "seed is -1; it is a number" in ended.stderr) == (4, True)
 

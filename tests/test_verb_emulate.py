@@ -173,7 +173,10 @@ def test_pins_of_a_bench(emulate: Emulate) -> None:
     assert emulate(PROGRAMS / "count.toml", "--pin", "0=0") == (0, "0\r12\r", "")
 
 
-@pytest.mark.parametrize("word", ["16=1", "3", "3=2", "x=1", "=1", "3=", "-1=1", "nobody.P3=1"])
+@pytest.mark.parametrize(
+    "word",
+    ["16=1", "3", "3=2", "x=1", "=1", "3=", "-1=1", "nobody.P3=1", "9" * 5_000 + "=1", "\u0663=1"],
+)
 def test_wrong_pins(word: str, emulate: Emulate) -> None:
     code, out, err = emulate(PROGRAMS / "hello.bs2", "--pin", word)
     assert (code, out) == (3 if "nobody" in word else 2, "")

@@ -10,6 +10,7 @@ from cgagen.emulator.pins import PINS, SIN, Pins
 from cgagen.emulator.registers import DIRS, FIRST_VARIABLE, OUTS, Registers
 from cgagen.emulator.runner import Runner
 from cgagen.errors import SymbolError
+from cgagen.notations import small_number
 from cgagen.stamp.compiled import Compiled
 from cgagen.stamp.layout import Place
 from cgagen.stamp.symbols import Symbols, symbols_of
@@ -167,8 +168,9 @@ class Named(Runner):
                 raise ValueError(f"{self.name}: no pin {pin}; give 0 to {PINS - 1}, or 16 for SIN")
             return pin
         low = pin.strip().lower()
-        if low[:1] == "p" and low[1:].isdecimal() and int(low[1:]) < PINS:
-            return int(low[1:])
+        number = small_number(low[1:]) if low[:1] == "p" else None
+        if number is not None and number < PINS:
+            return number
         return self.symbols().pin(pin)
 
     def level(self, pin: int | str) -> int | None:

@@ -66,6 +66,11 @@ def open_port(name: str, baud: int = BAUD, seven_even: bool = False) -> serial.S
         RigError: it cannot be opened, or another program has it open, as far as that can be seen.
     """
     base, control = split_control(name)
+    if base.lower().startswith("spy:"):  # its file= replaces what stands there, whosever it is
+        raise RigError(
+            f"{base}: spy:// writes over any file that it is told; name the port itself, and "
+            "write down what it says with `cgagen monitor --log FILE`"
+        )
     others = holders(base)
     if others:  # who reads along without a lock would get every other byte
         raise RigError(f"{base}: {busy(others)}")

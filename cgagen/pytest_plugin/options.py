@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import pytest
 
+from cgagen.notations import small_number
+from cgagen.shown import short
 from cgagen.together import Needs, trouble
 
 EMULATOR, SIMULATOR = "emulator", "simulator"
@@ -274,6 +276,9 @@ def _path(word: str | None) -> Path | None:
 def _number(name: str, word: str | None, default: int) -> int:
     if word is None:
         return default
-    if not word.isdigit():
-        raise pytest.UsageError(f"hil: {name} is {word}; it is a number from 0")
-    return int(word)
+    number = small_number(word)
+    if number is None:
+        raise pytest.UsageError(
+            f"hil: {name} is {short(word)}; it is a number from 0, of up to 18 digits"
+        )
+    return number

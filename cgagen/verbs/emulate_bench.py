@@ -12,6 +12,7 @@ from cgagen.emulator.pins import PINS
 from cgagen.emulator.programs import MAIN, bench_of_image, bench_of_sources
 from cgagen.emulator.wires import Strength
 from cgagen.inputs import start_of
+from cgagen.notations import small_number
 from cgagen.stamp.chips import EEPROM_BYTES
 from cgagen.stamp.chips import chip as chip_row
 from cgagen.tokenizer import Tokenizer
@@ -71,11 +72,11 @@ def hold_pin(bench: Bench, chip: Chip, word: str) -> None:
     """
     where, _, level = word.replace(" ", "").rpartition("=")
     owner, dot, pin = where.rpartition(".")
-    number = pin.upper().removeprefix("P")
-    if not (number.isdecimal() and int(number) < PINS and level in {"0", "1"}):
+    number = small_number(pin.upper().removeprefix("P"))
+    if number is None or number >= PINS or level not in {"0", "1"}:
         raise click.UsageError(f"--pin {word}: say which pin has which level, for example 3=1")
     name = (bench.chip(owner) if dot else chip).name
-    end, part = f"{name}.P{int(number)}", f"pin_{name}_P{int(number)}"
+    end, part = f"{name}.P{number}", f"pin_{name}_P{number}"
     if part in bench.parts:
         raise click.UsageError(f"--pin {word}: {end} is held already; name each pin once")
     bench.connect(bench.wire_of(end) or part, end, f"{part}.output")

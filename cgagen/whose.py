@@ -101,7 +101,7 @@ def match(genome: Genome, path: Path, named: str | None = None) -> Match:
     except RobotError as error:
         # the folder's own file is held to its digest, so what is to be changed is a copy
         raise RobotError(
-            f"{error}; do so in a copy of that file, and name the copy with --robot"
+            f"{error}; change a copy of that file, and name the copy with --robot"
         ) from error
     except CgagenError as error:
         raise type(error)(f"{error}; or name the robot with --robot") from error

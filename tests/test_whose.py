@@ -165,29 +165,36 @@ def test_folders_without_a_record_are_no_home(tmp_path: Path) -> None:
         robot_of(TABLE, moved)
 
 
-def older(text: str) -> str:
-    """Return a robot's text as releases before `trigger_gap_ms` wrote it."""
-    return re.sub(r"trigger_gap_ms = \d+", "rest_ms = 5", text)
-
-
-def test_a_run_of_an_older_release_is_no_dead_end(tmp_path: Path, capsys) -> None:
-    """Its robot is refused with what to do, and its genome is still described."""
+def run_of(folder: Path, text: str) -> Path:
+    """Write the beginning of a run with a robot's text as it stands, and a genome."""
     arena = (ROBOTS_FOLDER / "colony.toml").read_text()
-    inputs = Inputs(
-        older(MINE.text), PREY.text, arena, MINE.name, MINE.interface, digest(older(MINE.text))
-    )
-    write_beginning(tmp_path, RunRecord(RunSettings(), inputs, (("cgagen", "0"), ("world", "0"))))
-    path = tmp_path / "best.genome"
+    inputs = Inputs(text, PREY.text, arena, MINE.name, MINE.interface, digest(text))
+    write_beginning(folder, RunRecord(RunSettings(), inputs, (("cgagen", "0"), ("world", "0"))))
+    path = folder / "best.genome"
     path.write_text(to_text(TABLE))
+    return path
+
+
+def test_a_run_whose_robot_has_a_rest_behind_echoes_is_used_as_it_is(tmp_path: Path) -> None:
+    path = run_of(tmp_path, re.sub(r"trigger_gap_ms = \d+", "rest_ms = 5", MINE.text))
+    assert robot_of(TABLE, path).robot.echo == MINE.echo
+
+
+def test_a_run_whose_robot_cannot_be_read_is_no_dead_end(tmp_path: Path, capsys) -> None:
+    """It is refused with what to do, and run and genome are still described."""
+    path = run_of(tmp_path, MINE.text.replace("trigger_gap_ms", "gap_of_old_ms"))
     with pytest.raises(RobotError) as refused:
         robot_of(TABLE, path)
     sentence = str(refused.value)
-    assert sentence.startswith(f"{tmp_path / '1-predator.toml'}: [echo] rest_ms: ")
-    assert "write trigger_gap_ms = 25 in its place" in sentence
-    assert sentence.endswith("in a copy of that file, and name the copy with --robot")
+    assert sentence.startswith(f"{tmp_path / '1-predator.toml'}: [echo] ")
+    assert sentence.endswith("; change a copy of that file, and name the copy with --robot")
     assert main(["info", str(path)]) == 0
     told = capsys.readouterr()
     assert f"a genome for {MINE.name}" in told.out
+    assert sentence in told.err
+    assert main(["info", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert "best genome: " in told.out
     assert sentence in told.err
     copy = tmp_path / "copy.toml"
     copy.write_text(MINE.text)

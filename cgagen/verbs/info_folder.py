@@ -28,7 +28,24 @@ def describe_run(console: Console, folder: Path) -> None:
         "has_best": found is not None,
         "best_origin": str(found.standing) if found else None,
     }
+    _note_robot(console, best)
     console.result(data, "\n".join(lines))
+
+
+def _note_robot(console: Console, best: Path) -> None:
+    """Say what is to be done where a folder's robot, or a prey, is one of an older release's."""
+    from cgagen.errors import CgagenError, RobotError
+    from cgagen.whose import home_of
+
+    try:
+        home_of(best)
+    except RobotError as error:
+        console.note(
+            f"note: {error}; change a copy of that file, and name the copy with --robot (the "
+            "prey of a run, with --opponent)"
+        )
+    except CgagenError:
+        pass  # what the folder lacks is said by whoever needs it
 
 
 def describe_build(console: Console, folder: Path) -> None:
@@ -39,6 +56,7 @@ def describe_build(console: Console, folder: Path) -> None:
 
     data, memory = read_record(folder), read_text(folder / "memory.txt", BUILD_FILE)
     changed = changed_files(folder, data)
+    _note_robot(console, folder / "best.genome")
     told = f"\nedited since it was built: {', '.join(changed)}" if changed else ""
     console.result(
         {"kind": "build", **data, "changed": changed},

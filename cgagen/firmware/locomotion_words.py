@@ -48,6 +48,7 @@ def locomotion_words(robot: Robot, genome: Genome | None) -> dict[str, Any]:
             "constants": _constants(robot, tables),
             "pulse_unit": f"{robot.locomotion.pulsout_unit_ns * tables.pulse_step / 1000:g}",
             "legs": list(LEGS),
+            "first_leg": LEGS[0],
             "swing_list": ", ".join(f"swing{leg}" for leg in LEGS),
             "lift_list": ", ".join(f"lift{leg}" for leg in LEGS),
             "servo_pulses": [

@@ -89,6 +89,9 @@ class Fault(StrEnum):
     controller is off, starts, or is in bench mode."""
     CUT = "CUT"
     """Main: the legs stood sooner than any movement is over; a reset has cut the step short."""
+    BRIGHT = "BRIGHT"
+    """Main: both light sensors are lit before the first look; the room is too bright for their
+    limits, or the lamp is ahead."""
     LOW = "LOW"
     """Locomotion: the step line stays low although this side has released it."""
     IDLE = "IDLE"

@@ -45,19 +45,20 @@ def boundaries(robot: Robot) -> list[Boundary]:
         ("near", limits.side_near_in, counts.side_near),
         ("far", limits.side_far_in, counts.side_far),
     )
-    light = (
-        ("near ahead", limits.target_front_near_in, counts.target_front_near),
-        ("middle ahead", limits.target_front_middle_in, counts.target_front_middle),
-        ("near aside", limits.target_side_near_in, counts.target_side_near),
-        ("range", robot.light.range_in, counts.target_range),
-    )
     rows = [
         Boundary(index, f"{_words(sonar.name)} sonar", *row)
         for index, sonar in enumerate(robot.sonars)
         for row in (front if sonar.name == "front" else side)
     ]
     first = len(robot.sonars)
-    for index, sensor in enumerate(robot.light.sensors):
+    lamps = (counts.lamp_left, counts.lamp_right)
+    for index, (sensor, lamp) in enumerate(zip(robot.light.sensors, lamps, strict=True)):
+        light = (
+            ("near ahead", limits.target_front_near_in, lamp.front_near),
+            ("middle ahead", limits.target_front_middle_in, lamp.front_middle),
+            ("near aside", limits.target_side_near_in, lamp.side_near),
+            ("range", robot.light.range_in, lamp.range),
+        )
         rows += [Boundary(first + index, f"{_words(sensor.name)} light", *row) for row in light]
     return rows
 

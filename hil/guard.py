@@ -22,7 +22,7 @@ def is_clear(robot: Robot, stimulus: Stimulus, guard_counts: int) -> bool:
     """
     lights = light_limits(robot)
     rows = list(zip(stimulus.sonars, sonar_limits(robot), strict=True))
-    lit = [(count, lights) for count in stimulus.lights]
+    lit = list(zip(stimulus.lights, lights, strict=True))
     if any(count > MOST_SONAR_COUNTS - guard_counts for count, _ in (*rows, *lit)):
         return False
     if guard_counts == 0:
@@ -48,9 +48,9 @@ def beside(robot: Robot, guard_counts: int) -> list[Stimulus]:
     backgrounds = {index: [plain] for index in range(first)}
     for index in range(first, first + len(plain.lights)):
         other = 2 * first + 1 - index
-        far = lights[-1] - guard_counts - 1
+        far = lights[other - first][-1] - guard_counts - 1
         backgrounds[index] = [plain, *([with_values(plain, {other: far})] if far > 0 else [])]
-    limits = [*sonar_limits(robot), *[lights] * len(plain.lights)]
+    limits = [*sonar_limits(robot), *lights]
     found = [
         with_values(background, {index: value})
         for index, row in enumerate(limits)

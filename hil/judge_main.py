@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, banner_text
+from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, Fault, banner_text
 from cgagen.emulator.chip import Coverage
 from cgagen.errors import LackingError
 from cgagen.firmware.timing import legs_start_ms
@@ -83,7 +83,10 @@ def _start(trial: MainTrial) -> None:
     want(trial.wait("look", FIRST_LOOK_MS + legs_ms), "hang", "never looks at its sensors")
     trial.touched = None
     want(not touched, "handshake", "drives a line on its way to the first look")
+    trial.edges[:] = trial.edges[-1:]  # the trigger with which this look has begun
     wanted = banner_text(trial.subject.banner("main")) + "\r"
+    if trial.shown_bright:
+        wanted += f"*{Fault.BRIGHT}\r"
     want(trial.said.rstrip(">") == wanted, "banner", f"says {trial.said!r}")
     prompts = trial.heard_ns[len(wanted) :]
     ended_ns = trial.now_ns - legs_ms * MS

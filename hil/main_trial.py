@@ -37,6 +37,7 @@ class MainTrial(Trial):
         sensors += [one.pin for one in robot.light.sensors] if robot.light else []
         for pin in sensors:
             bench.end(f"main.P{pin}").listen(self._listener(pin))
+        self.shown: Stimulus | None = None
         self.asked_ns: int | None = None
         """When a sonar was triggered last, in whichever look."""
         self.first_pin = robot.sonars[0].pins[0]
@@ -76,6 +77,15 @@ class MainTrial(Trial):
         """Whether all command lines are outputs."""
         return self.drives & self.line_bits == self.line_bits
 
+    @property
+    def shown_bright(self) -> bool:
+        """Whether both light sensors are lit by what is presented."""
+        if self.shown is None or not self.shown.lights:
+            return False
+        counts = self.robot.situation_counts
+        ranges = (counts.lamp_left.range, counts.lamp_right.range)
+        return all(0 < n < most for n, most in zip(self.shown.lights, ranges, strict=True))
+
     def lines(self) -> int:
         """Return the command that is on the wires."""
         return sum((self.bench.wire(f"command_{bit}").level or 0) << bit for bit in range(3))
@@ -83,6 +93,7 @@ class MainTrial(Trial):
     def present(self, stimulus: Stimulus) -> None:
         """Put this in front of the sensors. Raises ReadingError."""
         check_reading(stimulus, self.subject.robot)
+        self.shown = stimulus
         self._sensors.show(stimulus)
 
     def wait_decided(self, limit_ms: float) -> bool:

@@ -60,21 +60,12 @@ def sonar_limits(robot: Robot) -> tuple[tuple[int, ...], ...]:
     return tuple(front if sonar.name == "front" else side for sonar in robot.sonars)
 
 
-def light_limits(robot: Robot) -> tuple[int, ...]:
-    """Return the thresholds of both light sensors, rising; none for a prey."""
+def light_limits(robot: Robot) -> tuple[tuple[int, ...], ...]:
+    """Return the thresholds of each light sensor, rising; none for a prey."""
     if robot.limits is None:
         return ()
     counts = robot.situation_counts
-    return tuple(
-        sorted(
-            (
-                counts.target_front_near,
-                counts.target_front_middle,
-                counts.target_side_near,
-                counts.target_range,
-            )
-        )
-    )
+    return tuple(tuple(sorted(lamp)) for lamp in (counts.lamp_left, counts.lamp_right))
 
 
 def around(limits: tuple[int, ...]) -> tuple[int, ...]:
@@ -93,10 +84,10 @@ def critical_sonar(robot: Robot, index: int) -> tuple[int, ...]:
     return tuple(sorted(ends | set(around(sonar_limits(robot)[index]))))
 
 
-def critical_light(robot: Robot) -> tuple[int, ...]:
-    """Return the values at which something may change for one light sensor."""
-    limits = light_limits(robot)
-    return tuple(sorted({UNLIT_COUNT, 1, FARTHEST_COUNT, *around(limits)})) if limits else ()
+def critical_lights(robot: Robot) -> list[tuple[int, ...]]:
+    """Return the values at which something may change for each light sensor."""
+    ends = {UNLIT_COUNT, 1, FARTHEST_COUNT}
+    return [tuple(sorted({*ends, *around(limits)})) for limits in light_limits(robot)]
 
 
 def with_values(stimulus: Stimulus, values: dict[int, int]) -> Stimulus:
@@ -129,7 +120,7 @@ def every_state(robot: Robot) -> dict[int, Stimulus]:
 def _representatives(robot: Robot) -> Iterator[Stimulus]:
     """Return readings with a value from between all neighbouring thresholds of each sensor."""
     sonars = [(NO_ECHO_COUNT, *between(limits)) for limits in sonar_limits(robot)]
-    lights = [(UNLIT_COUNT, *between(light_limits(robot)))] * (2 if robot.light else 0)
+    lights = [(UNLIT_COUNT, *between(limits)) for limits in light_limits(robot)]
     if robot.limits is None:
         sonars = [(NO_ECHO_COUNT, low - index) for index, (_, low, *_) in enumerate(sonars)]
     for touched in TOUCHES:
@@ -160,10 +151,12 @@ def thresholds(robot: Robot) -> Iterator[Stimulus]:
     lights = light_limits(robot)
     if not lights:
         return
-    far = lights[-1] - 1
-    for value in around(lights):
-        for left, right in ((value, 0), (0, value), (value, far), (far, value), (value, value)):
-            yield with_values(plain, {sonars: left, sonars + 1: right})
+    far = [limits[-1] - 1 for limits in lights]
+    for here, limits in enumerate(lights):
+        there = 1 - here
+        for value in around(limits):
+            for other in (0, far[there], value):
+                yield with_values(plain, {sonars + here: value, sonars + there: other})
 
 
 def ties(robot: Robot) -> Iterator[Stimulus]:
@@ -175,14 +168,14 @@ def ties(robot: Robot) -> Iterator[Stimulus]:
     plain = neutral(robot)
     sonars = len(plain.sonars)
     both = sorted({limit for limits in sonar_limits(robot) for limit in limits})
-    near = light_limits(robot)[:1]
-    lights = [(0, 0), (near[0], 0), (0, near[0])] if near else [()]
+    near = [limits[0] for limits in light_limits(robot)]
+    lights = [(0, 0), (near[0], 0), (0, near[1])] if near else [()]
     for limit in both:
         for values in itertools.product((limit - 1, limit, limit + 1), repeat=sonars):
             for lit in lights:
                 yield Stimulus(values, (False, False), lit)
-    for limit in light_limits(robot):
-        for pair in itertools.product((limit - 1, limit, limit + 1), repeat=2):
+    for limits in zip(*light_limits(robot), strict=True):
+        for pair in itertools.product(*((one - 1, one, one + 1) for one in limits)):
             yield Stimulus(plain.sonars, (False, False), pair)
 
 
@@ -190,7 +183,7 @@ def pairs(robot: Robot) -> Iterator[Stimulus]:
     """Return every pair of critical values of two sensors, antennas among them."""
     plain = neutral(robot)
     values = [critical_sonar(robot, index) for index in range(len(plain.sonars))]
-    values += [critical_light(robot)] * len(plain.lights)
+    values += critical_lights(robot)
     for one, two in itertools.combinations(range(len(values)), 2):
         for first, second in itertools.product(values[one], values[two]):
             yield with_values(plain, {one: first, two: second})
@@ -210,12 +203,12 @@ def sample(robot: Robot, count: int = SAMPLES, seed: int = SEED) -> Iterator[Sti
     chance = random.Random(seed)
     plain = neutral(robot)
     sonars = [critical_sonar(robot, index) for index in range(len(plain.sonars))]
-    lights = critical_light(robot)
+    lights = critical_lights(robot)
     for _ in range(count):
         yield Stimulus(
             tuple(chance.choice(values) for values in sonars),
             TOUCHES[chance.randrange(4)] if chance.random() < 0.2 else TOUCHES[0],
-            tuple(chance.choice(lights) for _ in plain.lights),
+            tuple(chance.choice(values) for values in lights),
         )
 
 

@@ -26,16 +26,18 @@ def lit(count: int, target_range: int) -> bool:
 def target_situation(light_left: int, light_right: int, limits: SituationCounts) -> int:
     """Return where the target stands, 0 to 7 in the order of Table II.
 
-    Both lit: ahead, and the smaller count (the nearer reading) decides how far. One lit: to that
-    side. Ref: S1 II.B; the limits are a choice (DECISIONS.md 5).
+    Both lit: ahead, and the sensor that has it nearer, each by its own limits, decides how far. One
+    lit: to that side. Ref: S1 II.B; the limits are a choice (DECISIONS.md 5).
     """
-    left = lit(light_left, limits.target_range)
-    right = lit(light_right, limits.target_range)
-    least = light_left if light_left < light_right else light_right
-    middle = 6 if least < limits.target_front_middle else 7
-    ahead = 5 if least < limits.target_front_near else middle
-    to_left = 3 if light_left < limits.target_side_near else 4
-    to_right = 1 if light_right < limits.target_side_near else 2
+    by_left, by_right = limits.lamp_left, limits.lamp_right
+    left = lit(light_left, by_left.range)
+    right = lit(light_right, by_right.range)
+    is_middle = (light_left < by_left.front_middle) | (light_right < by_right.front_middle)
+    is_near = (light_left < by_left.front_near) | (light_right < by_right.front_near)
+    middle = 6 if is_middle else 7
+    ahead = 5 if is_near else middle
+    to_left = 3 if light_left < by_left.side_near else 4
+    to_right = 1 if light_right < by_right.side_near else 2
     one = to_left if left else (to_right if right else 0)
     return ahead if left & right else one
 

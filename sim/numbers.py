@@ -84,7 +84,8 @@ class PredatorSensors(NamedTuple):
     lit_left: Cone
     lit_right: Cone
     counts_per_unit: float
-    curve: LightCurve
+    curve_left: LightCurve
+    curve_right: LightCurve
 
 
 class PredatorNumbers(NamedTuple):
@@ -248,7 +249,8 @@ def _predator(robot: Robot, prey: Robot, arena: Arena, options: Options) -> Pred
         lit_left=lit_left,
         lit_right=lit_right,
         counts_per_unit=robot.echo_counts_per_in / scale,
-        curve=robot.light_curve(scale),
+        curve_left=robot.light_curve(0, scale),
+        curve_right=robot.light_curve(1, scale),
     )
     return PredatorNumbers(
         sensors=sensors,

@@ -54,15 +54,14 @@ class PreyReading(NamedTuple):
 @device
 def read_predator(seen: Seen, numbers: PredatorSensors) -> Reading:
     """Read all sensors of the predator."""
-    lamp = light_count(seen.distance, numbers.curve)
     return Reading(
         sonar(seen, numbers.front, numbers.counts_per_unit),
         sonar(seen, numbers.right, numbers.counts_per_unit),
         sonar(seen, numbers.left, numbers.counts_per_unit),
         touch(seen, numbers.touch_left),
         touch(seen, numbers.touch_right),
-        light(seen, numbers.lit_left, lamp),
-        light(seen, numbers.lit_right, lamp),
+        light(seen, numbers.lit_left, light_count(seen.distance, numbers.curve_left)),
+        light(seen, numbers.lit_right, light_count(seen.distance, numbers.curve_right)),
     )
 
 
@@ -90,8 +89,8 @@ def state_of_heard(reading: Reading, masking: bool, limits: SituationCounts) -> 
         reading.left,
         reading.touch_left,
         reading.touch_right,
-        lit(reading.light_left, limits.target_range),
-        lit(reading.light_right, limits.target_range),
+        lit(reading.light_left, limits.lamp_left.range),
+        lit(reading.light_right, limits.lamp_right.range),
         masking,
         limits,
     )

@@ -62,7 +62,20 @@ def srf04(text: str, pins: dict[int, tuple[int, int]]) -> str:
 
 PREDATOR_SRF04 = srf04(PREDATOR, {4: (4, 5), 5: (6, 7), 6: (12, 13)})
 
+RIGHT_CURVE = """[
+    [2, 20], [6, 90], [12, 230], [20, 480], [30, 850], [40, 1250], [60, 2200], [84, 3500], [96, 4200],
+]"""
+"""Of a photoresistor that is a third slower than the left one."""
+
+
+def two_curves(text: str) -> str:
+    """Return the text with another curve for the right light sensor."""
+    head, _, right = text.rpartition("curve = [")
+    return head + "curve = " + RIGHT_CURVE + right[right.index("\n]") + 2 :]
+
+
 CASES: dict[str, str] = {
+    "predator-two-curves": two_curves(PREDATOR),
     "predator": PREDATOR,
     "predator-free-running": changed(PREDATOR, (STEP_LINE, 'step_line = "none"')),
     "predator-silent": changed(PREDATOR, ("telemetry = true", "telemetry = false")),

@@ -11,8 +11,8 @@ def counts_of(text: str) -> dict[str, int]:
     per_in = 2 * data["echo"]["us_per_in"] * 1000 / data["main"]["pulsin_unit_ns"]
     limits = data["situation"]
 
-    def light(inches: float) -> int:
-        rows = data["light"]["curve"]
+    def light(side: int, inches: float) -> int:
+        rows = data["light"]["sensor"][side]["curve"]
         for (near, less), (far, more) in itertools.pairwise(rows):
             if near <= inches <= far:
                 return math.floor(less + (more - less) * (inches - near) / (far - near) + 1e-9)
@@ -24,10 +24,15 @@ def counts_of(text: str) -> dict[str, int]:
         "EchoFrontFar": math.floor(limits["front_far_in"] * per_in),
         "EchoSideNear": math.floor(limits["side_near_in"] * per_in),
         "EchoSideFar": math.floor(limits["side_far_in"] * per_in),
-        "LampFrontNear": light(limits["target_front_near_in"]),
-        "LampFrontMiddle": light(limits["target_front_middle_in"]),
-        "LampSideNear": light(limits["target_side_near_in"]),
-        "LampRange": light(data["light"][data["light"]["condition"] + "_range_in"]),
+    } | {
+        f"{word}Lamp{name}": light(side, inches)
+        for side, word in enumerate(("Left", "Right"))
+        for name, inches in (
+            ("Near", limits["target_front_near_in"]),
+            ("Middle", limits["target_front_middle_in"]),
+            ("Side", limits["target_side_near_in"]),
+            ("Range", data["light"][data["light"]["condition"] + "_range_in"]),
+        )
     }
 
 
@@ -42,22 +47,19 @@ def predator_state(
     touched: tuple[bool, bool],
 ) -> int:
     """The state as the paper and the robot's file have it, written for this test."""
-    lit_left, lit_right = (1 <= count < limits["LampRange"] for count in light)
+    sides = list(zip(("Left", "Right"), light, strict=True))
+    lit_left, lit_right = (1 <= count < limits[f"{side}LampRange"] for side, count in sides)
     if lit_left and lit_right:
-        least = min(light)
-        target = (
-            NEAR_FRONT
-            if least < limits["LampFrontNear"]
-            else MIDDLE_FRONT
-            if least < limits["LampFrontMiddle"]
-            else FAR_FRONT
-        )
+        target = FAR_FRONT
+        for name, nearer in (("Middle", MIDDLE_FRONT), ("Near", NEAR_FRONT)):
+            if any(count < limits[f"{side}Lamp{name}"] for side, count in sides):
+                target = nearer
         hidden = {"front", "right", "left"}
     elif lit_right:
-        target = NEAR_RIGHT if light[1] < limits["LampSideNear"] else FAR_RIGHT
+        target = NEAR_RIGHT if light[1] < limits["RightLampSide"] else FAR_RIGHT
         hidden = {"front", "right"}
     elif lit_left:
-        target = NEAR_LEFT if light[0] < limits["LampSideNear"] else FAR_LEFT
+        target = NEAR_LEFT if light[0] < limits["LeftLampSide"] else FAR_LEFT
         hidden = {"front", "left"}
     else:
         target, hidden = NO, set()

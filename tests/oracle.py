@@ -131,43 +131,55 @@ class Limits(NamedTuple):
     front_far: int
     side_near: int
     side_far: int
-    target_front_near: int
-    target_front_middle: int
-    target_side_near: int
-    target_range: int
+    target_front_near: tuple[int, int]
+    target_front_middle: tuple[int, int]
+    target_side_near: tuple[int, int]
+    target_range: tuple[int, int]
+    """Of the left light sensor and of the right one, likewise the three above."""
 
 
 def limits_of(predator: Robot, light_range_in: float) -> Limits:
     """Return the thresholds of a predator's file in the counts of its chip."""
     assert predator.limits is not None
     assert predator.light is not None
-    inches, curve = predator.limits, predator.light.curve
+    inches, sensors = predator.limits, predator.light.sensors
+
+    def by_both(distance_in: float) -> tuple[int, int]:
+        left, right = (light_counts(distance_in, sensor.curve) for sensor in sensors)
+        return left, right
+
     return Limits(
         front_near=threshold_counts(inches.front_near_in, predator),
         front_middle=threshold_counts(inches.front_middle_in, predator),
         front_far=threshold_counts(inches.front_far_in, predator),
         side_near=threshold_counts(inches.side_near_in, predator),
         side_far=threshold_counts(inches.side_far_in, predator),
-        target_front_near=light_counts(inches.target_front_near_in, curve),
-        target_front_middle=light_counts(inches.target_front_middle_in, curve),
-        target_side_near=light_counts(inches.target_side_near_in, curve),
-        target_range=light_counts(light_range_in, curve),
+        target_front_near=by_both(inches.target_front_near_in),
+        target_front_middle=by_both(inches.target_front_middle_in),
+        target_side_near=by_both(inches.target_side_near_in),
+        target_range=by_both(light_range_in),
     )
 
 
 def target_of(light_left: int, light_right: int, limits: Limits) -> int:
     """Return the target situation of two light counts."""
-    left = 1 <= light_left < limits.target_range
-    right = 1 <= light_right < limits.target_range
+    counts = light_left, light_right
+
+    def nearer(bounds: tuple[int, int]) -> list[bool]:
+        return [count < bound for count, bound in zip(counts, bounds, strict=True)]
+
+    left, right = (
+        count >= 1 and near for count, near in zip(counts, nearer(limits.target_range), strict=True)
+    )
     if left and right:
-        count = min(light_left, light_right)
-        if count < limits.target_front_near:
+        if any(nearer(limits.target_front_near)):
             return NEAR_FRONT
-        return MIDDLE_FRONT if count < limits.target_front_middle else FAR_FRONT
+        return MIDDLE_FRONT if any(nearer(limits.target_front_middle)) else FAR_FRONT
+    aside = nearer(limits.target_side_near)
     if left:
-        return NEAR_LEFT if light_left < limits.target_side_near else FAR_LEFT
+        return NEAR_LEFT if aside[0] else FAR_LEFT
     if right:
-        return NEAR_RIGHT if light_right < limits.target_side_near else FAR_RIGHT
+        return NEAR_RIGHT if aside[1] else FAR_RIGHT
     return NO
 
 
@@ -295,7 +307,7 @@ class Oracle:
         if abs(turn_between(sensor.bearing_deg, bearing_of(at, seen))) > sensor.cone_deg / 2:
             return 0
         distance_in = math.dist(at[:2], seen[:2]) / self.arena.units_per_in
-        return light_counts(distance_in, self.predator.light.curve)
+        return light_counts(distance_in, sensor.curve)
 
     def readings(self, predator: Pose, prey: Pose) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Return what both chips measure at one instant."""

@@ -111,8 +111,9 @@ def _other_predator() -> Robot:
     touch_left |= {"bearing_deg": 31, "length_in": 12, "robot_deg": [-20, 61]}
     touch_right |= {"bearing_deg": 340, "length_in": 7.5, "robot_deg": [-90, -2]}
     changed["light"] |= {"dark_range_in": 61, "ambient_range_in": 22.5}
-    changed["light"]["curve"] = [[3, 9], [15.5, 260], [33, 800], [75, 2222]]
     lit_left, lit_right = changed["light"]["sensor"]
+    lit_left["curve"] = [[3, 9], [15.5, 260], [33, 800], [75, 2222]]
+    lit_right["curve"] = [[2, 20], [14, 410], [35, 1300], [80, 3050], [99, 3600]]
     lit_left |= {"bearing_deg": 19, "cone_deg": 71}
     lit_right |= {"bearing_deg": 329, "cone_deg": 80.5}
     changed["situation"] |= {

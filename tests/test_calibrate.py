@@ -123,15 +123,19 @@ def test_sound_and_lamp(predator: Robot) -> None:
             count = round(distance * 2 * 72.0 / 0.75) + chance.randint(-3, 3)
             lines.append(f"{name},{distance},{count}")
     for distance, count in ((6, 60), (12, 166), (24, 450), (90, 2600)):
-        lines += [f"light_left,{distance},{count}", f"light_right,{distance},{count + 4}"]
+        lines += [f"light_left,{distance},{count + off}" for off in (-1, 1)]
+        lines += [f"light_right,{distance},{count * 13 // 10}"]
     found = from_text(predator, "\n".join(lines))
     assert found.robot.echo.us_per_in == pytest.approx(72.0, abs=0.02)
     assert found.us_per_in is not None
     assert found.us_per_in.repeats == 15
     assert found.robot.light is not None
-    assert found.robot.light.curve == ((6, 62), (12, 168), (24, 452), (90, 2602))
-    assert "measured: 8 readings, spread up to 2.8 counts, May 4" in found.text
-    assert found.warnings == ()
+    left, right = (sensor.curve for sensor in found.robot.light.sensors)
+    assert left == ((6, 60), (12, 166), (24, 450), (90, 2600))
+    assert right == ((6, 78), (12, 215), (24, 585), (90, 3380))
+    assert "measured: 8 readings, spread up to 1.4 counts, May 4" in found.text
+    assert len(found.warnings) == 4  # one for each distance
+    assert "look at tubes and parts" in found.warnings[0]
     assert found.robot.digest != predator.digest
     assert found.robot.interface == predator.interface
 

@@ -35,7 +35,7 @@ def test_a_rig_that_is_exact_is_given_everything_that_goes_through_pins() -> Non
 @pytest.mark.parametrize("role", ["predator", "prey"])
 def test_what_is_admitted_decides_alike_however_the_timers_err(role: str) -> None:
     robot, guard, chance = subject(role).robot, 3, random.Random(4)
-    limits = [*sonar_limits(robot), *[light_limits(robot)] * len(nothing(role).lights)]
+    limits = [*sonar_limits(robot), *light_limits(robot)]
     sonars = len(robot.sonars)
 
     def some(rows: tuple[int, ...]) -> int:
@@ -75,7 +75,7 @@ def test_the_nearest_on_both_sides_of_a_threshold_are_tried_instead(role: str) -
     robot = subject(role).robot
     readings = beside(robot, 2)
     assert all(is_clear(robot, one, 2) and not is_clear(robot, one, 3) for one in readings)
-    limits = [*sonar_limits(robot), *[light_limits(robot)] * len(nothing(role).lights)]
+    limits = [*sonar_limits(robot), *light_limits(robot)]
     states = dict(zip(readings, states_of(robot, readings).tolist(), strict=True))
     for index, row in enumerate(limits):
         for limit in row:

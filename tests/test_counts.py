@@ -16,7 +16,7 @@ PER_IN = PREDATOR.echo_counts_per_in
 FEWEST, MOST = PREDATOR.echo_limits_counts(PREDATOR.sonars[0])
 LIGHT = PREDATOR.light
 assert LIGHT is not None
-MARKS = list(LIGHT.curve)
+MARKS = list(LIGHT.sensors[0].curve)
 INCHES = st.floats(0, 300)
 
 
@@ -79,7 +79,7 @@ def test_a_marked_distance_gives_its_own_count(inches: float, count: int, scale:
 @given(INCHES, INCHES)
 def test_farther_is_never_a_smaller_light_count(one: float, other: float) -> None:
     near, far = sorted((one, other))
-    curve = PREDATOR.light_curve()
+    curve = PREDATOR.light_curve(1)
     assert light_count(near, curve) <= light_count(far, curve)
 
 

@@ -232,7 +232,7 @@ def test_listening_to_a_robot_that_walks(
 
 def test_an_emulated_robot_in_its_own_time(capfd: pytest.CaptureFixture[str]) -> None:
     words = ["monitor", "--port", f"emu:{FIRMWARE / 'prey'}", "--input", "", "--decode"]
-    assert main([*words, "--for", "3s"]) == 0
+    assert main([*words, "--for", "5s"]) == 0
     out = capfd.readouterr().out
     assert "main controller of servobot-prey" in out
     assert 1 <= out.count("state 0, WAIT") <= 4  # a gait cycle takes a second, and no less

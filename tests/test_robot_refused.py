@@ -51,7 +51,13 @@ def sentence_of(data: Content, change: Change) -> str:
     return sentence
 
 
-CURVE = PREDATOR["light"]["curve"]
+CURVE = PREDATOR["light"]["sensor"][1]["curve"]
+
+
+def curve(rows: object) -> Change:
+    return put("light", "sensor", 1, "curve", to=rows)
+
+
 REFUSALS: list[tuple[str, Content, Change, list[str]]] = [
     # unknown, missing, of another type
     ("typo", PREDATOR, put("sonar", 0, "bearing_degs", to=3),
@@ -164,23 +170,23 @@ REFUSALS: list[tuple[str, Content, Change, list[str]]] = [
     ("limits of one count", PREDATOR,
      both(put("situation", "side_near_in", to=10), put("situation", "side_far_in", to=10.001)),
      ["side_near_in", "same chip count"]),
-    ("curve falls in count", PREDATOR, put("light", "curve", to=[[2, 50], [90, 49]]),
-     ["[light] curve", "[90, 49]", "both rising"]),
-    ("curve falls in distance", PREDATOR, put("light", "curve", to=[[2, 5], [2, 9], [99, 3000]]),
-     ["[light] curve", "[2, 9]"]),
-    ("curve of one row", PREDATOR, put("light", "curve", to=[[2, 50]]),
+    ("curve falls in count", PREDATOR, curve([[2, 50], [90, 49]]),
+     ["[light.sensor.right] curve", "[90, 49]", "both rising"]),
+    ("curve falls in distance", PREDATOR, curve([[2, 5], [2, 9], [99, 3000]]),
+     ["[light.sensor.right] curve", "[2, 9]"]),
+    ("curve of one row", PREDATOR, curve([[2, 50]]),
      ["curve", "1 pairs", "2 to 9"]),
-    ("curve of none", PREDATOR, put("light", "curve", to=[]), ["curve", "0 pairs"]),
-    ("curve of ten rows", PREDATOR, put("light", "curve", to=[[n + 1, n + 1] for n in range(10)]),
+    ("curve of none", PREDATOR, curve([]), ["curve", "0 pairs"]),
+    ("curve of ten rows", PREDATOR, curve([[n + 1, n + 1] for n in range(10)]),
      ["curve", "10 pairs", "2 to 9"]),
-    ("curve ends early", PREDATOR, put("light", "curve", to=CURVE[:-2]),
-     ["[light] curve", "ends at 60 in", "reach 84 in"]),
-    ("curve with count 0", PREDATOR, put("light", "curve", to=[[2, 0], [96, 9]]),
+    ("curve ends early", PREDATOR, curve(CURVE[:-2]),
+     ["[light.sensor.right] curve", "ends at 60 in", "reach 84 in"]),
+    ("curve with count 0", PREDATOR, curve([[2, 0], [96, 9]]),
      ["[2, 0]", "1 to"]),
-    ("curve beyond a word", PREDATOR, put("light", "curve", to=[[2, 1], [96, 65536]]), ["65536"]),
-    ("curve with NaN", PREDATOR, put("light", "curve", to=[[math.nan, 1], [96, 9]]), ["nan"]),
-    ("curve of flags", PREDATOR, put("light", "curve", to=[[2, True], [96, 9]]), ["True"]),
-    ("curve is a number", PREDATOR, put("light", "curve", to=5), ["[light] curve"]),
+    ("curve beyond a word", PREDATOR, curve([[2, 1], [96, 65536]]), ["65536"]),
+    ("curve with NaN", PREDATOR, curve([[math.nan, 1], [96, 9]]), ["nan"]),
+    ("curve of flags", PREDATOR, curve([[2, True], [96, 9]]), ["True"]),
+    ("curve is a number", PREDATOR, curve(5), ["[light.sensor.right] curve"]),
     ("light cones apart", PREDATOR, put("light", "sensor", 0, "cone_deg", to=50),
      ["[light.sensor.left] cone_deg", "straight ahead"]),
     ("unknown condition", PREDATOR, put("light", "condition", to="dusk"),

@@ -302,8 +302,8 @@ def test_an_unknown_policy_is_refused_with_the_known_ones() -> None:
 
 def test_options_win_over_files() -> None:
     ambient = world_numbers(PREDATOR, PREY, ARENA, Options(light="ambient"))
-    assert ambient.predator.limits.target_range == 612
-    assert NUMBERS.predator.limits.target_range == 2587
+    assert ambient.predator.limits.lamp_left.range == 612
+    assert NUMBERS.predator.limits.lamp_right.range == 2587
     wary = world_numbers(PREDATOR, PREY, ARENA, Options(prey_policy="wary"))
     assert (NUMBERS.prey.reflex.alarm, wary.prey.reflex.alarm) == (7079, 9439)
     others = world_numbers(PREDATOR, PREY, ARENA, Options("go_on", False, None, None, "stop"))

@@ -151,7 +151,7 @@ def test_inches_are_the_simulators_counts() -> None:
     )
     trace = parse_vectors(text, "v.csv", PREDATOR)
     limits = [PREDATOR.echo_limits_counts(sonar) for sonar in PREDATOR.sonars]
-    per_in, curve = PREDATOR.echo_counts_per_in, PREDATOR.light_curve()
+    per_in, curve = PREDATOR.echo_counts_per_in, PREDATOR.light_curve(0)
     assert trace.samples[0] == Sample(
         0,
         Stimulus(

@@ -61,6 +61,7 @@ def test_a_movement_is_walked_so_often(served: Served, capsys: pytest.CaptureFix
     url, bench = served("prey", "locomotion")
     gait = GaitReader(load_robot("servobot-prey"), bench)
     greeted(url)
+    gait.take()  # the legs rose one after another
     once = ["robot", "move", "rotate_right", "--port", url]
     assert main(once) == 0
     train = gait.take()

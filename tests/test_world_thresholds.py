@@ -4,6 +4,7 @@ import numpy as np
 import oracle as by_angles
 import pytest
 
+from cgagen.robot import SituationCounts
 from cgagen.words import COMMANDS, Role
 from sim.numbers import world_numbers
 from sim.world import PreyReading, Reading, answer_of_reading, state_of_reading
@@ -24,7 +25,7 @@ SONAR_EDGES = [
 
 SONAR_COUNTS = [0, 1, 153, 12_345, 24_666, 65_534, 65_535, *SONAR_EDGES]
 LIGHT_COUNTS = [0, 1, 2, 60_000, 65_535] + [
-    count + shift for count in TWIN.limits[5:] for shift in (-1, 0, 1)
+    count + shift for counts in TWIN.limits[5:] for count in counts for shift in (-1, 0, 1)
 ]
 
 
@@ -46,11 +47,17 @@ def oracle_answer(reading: tuple[int, ...]) -> int:
     return COMMANDS[Role.PREY].index(movement)
 
 
+def flat(limits: SituationCounts) -> tuple[object, ...]:
+    """Return a world's thresholds as the oracle has them: the lamp's by limit, not by sensor."""
+    *sonars, left, right = limits
+    return (*sonars, *zip(left, right, strict=True))
+
+
 def test_both_have_the_same_thresholds() -> None:
-    assert tuple(LIMITS) == tuple(TWIN.limits)
+    assert flat(LIMITS) == tuple(TWIN.limits)
     assert NUMBERS.prey.reflex.alarm == by_angles.threshold_counts(36, PREY)
     other = other_world()
-    assert tuple(world_numbers(*other).predator.limits) == tuple(oracle_of(*other).limits)
+    assert flat(world_numbers(*other).predator.limits) == tuple(oracle_of(*other).limits)
 
 
 @pytest.mark.parametrize("masking", [True, False])

@@ -217,6 +217,8 @@ class Toy:
             self.pulse(pin, self.value(width))
         elif word in ("LOW", "HIGH", "INPUT", "PAUSE"):
             self.events.append(line)
+        elif word == "RCTIME":
+            self.set(rest.rpartition(", ")[2], 0)
         elif word == "SEROUT":
             self.sent += "".join(self._item(item) for item in _items(rest))
         elif word == "SERIN":

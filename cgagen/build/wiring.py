@@ -89,6 +89,12 @@ def _notes(robot: Robot) -> list[str]:
             "from one point to ground, 220 ohm from that point to the pin. A larger capacitor "
             "makes the counts larger, so that the dark is reached earlier."
         )
+        notes.append(
+            "Photoresistors differ by tens of per cent from piece to piece: measure both on this "
+            "robot and let `cgagen calibrate` write each one's curve. They work in the dark alone: "
+            "where a room lights both all the time, the main controller says *BRIGHT behind its "
+            "banner, takes that for the target and listens to no sonar."
+        )
     kinds = {sonar.kind for sonar in robot.sonars}
     if "ping" in kinds:
         notes.append("PING))): +5 V, ground and SIG; 35 mA at most each (S6).")

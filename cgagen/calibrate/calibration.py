@@ -34,7 +34,7 @@ class Calibration:
         robot: what it says.
         movements: of each that was measured, one gait cycle.
         us_per_in: speed of sound; None where no sonar was measured.
-        curve: of the lamp; None likewise.
+        curves: of the lamp, by light sensor; those that were measured.
         warnings: what does not fit together.
     """
 
@@ -42,7 +42,7 @@ class Calibration:
     robot: Robot
     movements: dict[Movement, Displacement]
     us_per_in: Sample | None
-    curve: Curve | None
+    curves: dict[str, Curve]
     warnings: tuple[str, ...]
 
 
@@ -66,11 +66,11 @@ def calibrate(
     sonars, warnings = _sonars(robot, measured.sonars)
     every = [mark for marks in sonars.values() for mark in marks]
     us_per_in = us_per_in_of(robot, every) if every else None
-    curve = curve_of(measured.lights) if measured.lights else None
-    if not movements and us_per_in is None and curve is None:
+    curves = {name: curve_of(name, marks) for name, marks in measured.lights.items()}
+    if not movements and us_per_in is None and not curves:
         raise MeasurementError(f"{file}: no usable measurement; {'; '.join(warnings)}")
     text = robot.text
-    for table, key, value, mark in _changes(movements, us_per_in, curve, units_per_in, date):
+    for table, key, value, mark in _changes(movements, us_per_in, curves, units_per_in, date):
         text = with_value(text, file, table, key, value, mark)
     if seal_fits(robot.text) is False:
         warnings += [
@@ -82,7 +82,7 @@ def calibrate(
     warnings += odd_pairs(movements)
     warnings += odd_sonars(robot, sonars, us_per_in.mean) if us_per_in else ()
     warnings += odd_lights(measured.lights) if measured.lights else ()
-    return Calibration(text, parse_robot(text, file), movements, us_per_in, curve, tuple(warnings))
+    return Calibration(text, parse_robot(text, file), movements, us_per_in, curves, tuple(warnings))
 
 
 def _sonars(robot: Robot, marks: dict[str, list[Mark]]) -> tuple[dict[str, list[Mark]], list[str]]:
@@ -99,7 +99,7 @@ def _sonars(robot: Robot, marks: dict[str, list[Mark]]) -> tuple[dict[str, list[
 def _changes(
     movements: dict[Movement, Displacement],
     us_per_in: Sample | None,
-    curve: Curve | None,
+    curves: dict[str, Curve],
     units_per_in: float,
     date: str,
 ) -> Iterator[tuple[str, str, str, str]]:
@@ -114,10 +114,10 @@ def _changes(
             yield table, key, _number(value.mean), value.mark(date)
     if us_per_in is not None:
         yield "echo", "us_per_in", _number(us_per_in.mean), us_per_in.mark(date)
-    if curve is not None:
+    for name, curve in curves.items():
         points = ", ".join(f"[{distance:.10g}, {count}]" for distance, count in curve.points)
         said = f"measured: {curve.readings} readings, spread up to {curve.widest_spread:.2g} counts"
-        yield "light", "curve", f"[{points}]", f"{said}, {date}" if date else said
+        yield f"light.sensor.{name}", "curve", f"[{points}]", f"{said}, {date}" if date else said
 
 
 def _scaled(one: Sample, scale: float) -> Sample:

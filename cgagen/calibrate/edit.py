@@ -14,8 +14,9 @@ def with_value(text: str, file: str, table: str, key: str, value: str, mark: str
     Args:
         text: the whole file.
         file: what messages call it.
-        table: such as `movement.FORWARD`.
-        key: one that the table has, on a line of its own.
+        table: such as `movement.FORWARD`, or `light.sensor.left` for the [[light.sensor]] whose
+            `name` is "left".
+        key: one that the table has, on a line of its own; a named table is given one that it lacks.
         value: as TOML has it.
         mark: the comment.
 
@@ -29,6 +30,9 @@ def with_value(text: str, file: str, table: str, key: str, value: str, mark: str
     y = 2
     """
     lines = text.splitlines()
+    if _find(lines, table, key) is None and _find(lines, table, "name") is not None:
+        named = _line_of(lines, file, table, "name")
+        lines.insert(named + 1, f"{key} = 0")
     first = _line_of(lines, file, table, key)
     last = _last_line(lines, first)
     lines[first : last + 1] = [f"{f'{key} = {value}':<{COMMENT_COLUMN - 1}} # {mark}"]
@@ -36,17 +40,38 @@ def with_value(text: str, file: str, table: str, key: str, value: str, mark: str
 
 
 def _line_of(lines: list[str], file: str, table: str, key: str) -> int:
-    here = ""
-    for number, line in enumerate(lines):
-        header = re.match(r"\s*\[\s*([^\[\]]+?)\s*\]\s*(#.*)?$", line)
-        if header or re.match(r"\s*\[\[", line):
-            here = header[1] if header else ""
-        elif here == table and re.match(rf"\s*{re.escape(key)}\s*=", line):
-            return number
+    found = _find(lines, table, key)
+    if found is not None:
+        return found
     raise MeasurementError(
         f"{file}: [{table}] {key}: not on a line of its own under its table, so it cannot be "
         "changed; write the table as the files that ship do"
     )
+
+
+def _find(lines: list[str], table: str, key: str) -> int | None:
+    """Return the line of a key; tables of an array are called by their array and their name."""
+    here, array = "", 0
+    for number, line in enumerate(lines):
+        header = re.match(r"\s*\[(\[?)\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$", line)
+        if header:
+            here, array = header[2], number if header[1] else 0
+            if array:
+                here += "." + _name_behind(lines, number)
+        elif here == table and re.match(rf"\s*{re.escape(key)}\s*=", line):
+            return number
+    return None
+
+
+def _name_behind(lines: list[str], header: int) -> str:
+    """Return the `name` of the table of an array that begins at a line; "" for none."""
+    for line in lines[header + 1 :]:
+        if re.match(r"\s*\[", line) and "=" not in line:
+            return ""
+        name = re.match(r"""\s*name\s*=\s*["']([^"']*)["']""", line)
+        if name:
+            return name[1]
+    return ""
 
 
 def _last_line(lines: list[str], first: int) -> int:

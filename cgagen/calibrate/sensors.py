@@ -23,7 +23,7 @@ LIGHTS_APART = 0.15
 
 
 class Curve(NamedTuple):
-    """The lamp's curve, as measured.
+    """One light sensor's curve, as measured.
 
     Attributes:
         points: distance in inches and RCTIME count, nearest first.
@@ -95,33 +95,32 @@ def _offset_in(marks: list[Mark], unit_us: float) -> float | None:
     return mean / slope - middle if slope > 0 else None
 
 
-def curve_of(lights: dict[str, list[Mark]]) -> Curve:
-    """Return the lamp's curve as both sensors together have it.
+def curve_of(name: str, marks: list[Mark]) -> Curve:
+    """Return the curve of a light sensor.
 
     Raises:
         MeasurementError: a dark reading, too few or too many distances, or counts that do not rise.
     """
     by_distance: dict[float, list[int]] = {}
-    for name, marks in lights.items():
-        for mark in marks:
-            if mark.counts == UNLIT_COUNT:
-                raise MeasurementError(
-                    f"{mark.where}: {LIGHT_PREFIX}{name} was dark (count 0), so its distance is "
-                    "none of the curve; leave that line out, and note it as the range"
-                )
-            by_distance.setdefault(mark.distance_in, []).append(mark.counts)
+    for mark in marks:
+        if mark.counts == UNLIT_COUNT:
+            raise MeasurementError(
+                f"{mark.where}: {LIGHT_PREFIX}{name} was dark (count 0), so its distance is "
+                "none of the curve; leave that line out, and note it as the range"
+            )
+        by_distance.setdefault(mark.distance_in, []).append(mark.counts)
     samples = {distance: sample(counts) for distance, counts in sorted(by_distance.items())}
     if not 2 <= len(samples) <= CURVE_SEGMENTS + 1:
         raise MeasurementError(
-            f"{len(samples)} distances of the lamp, and its curve takes 2 to {CURVE_SEGMENTS + 1}; "
-            "measure it at more, or leave some out"
+            f"{LIGHT_PREFIX}{name}: {len(samples)} distances of the lamp, and its curve takes 2 to "
+            f"{CURVE_SEGMENTS + 1}; measure it at more, or leave some out"
         )
     points = tuple((distance, round(one.mean)) for distance, one in samples.items())
     for (near, less), (far, more) in itertools.pairwise(points):
         if not less < more:
             raise MeasurementError(
-                f"the lamp at {far:g} in counts {more}, no more than {less} at {near:g} in; "
-                "measure both again"
+                f"{LIGHT_PREFIX}{name}: the lamp at {far:g} in counts {more}, no more than {less} "
+                f"at {near:g} in; measure both again"
             )
     readings = sum(one.repeats for one in samples.values())
     return Curve(points, readings, max(one.spread or 0.0 for one in samples.values()))
@@ -130,7 +129,7 @@ def curve_of(lights: dict[str, list[Mark]]) -> Curve:
 def odd_lights(lights: dict[str, list[Mark]]) -> Iterator[str]:
     """Say at which distances the two sensors differ."""
     if len(lights) < 2:
-        yield "one light sensor only was measured; the other is taken to be like it"
+        yield "one light sensor only was measured; the other keeps its curve"
         return
     one, other = (_means(marks) for marks in lights.values())
     names = [LIGHT_PREFIX + name for name in lights]
@@ -139,7 +138,7 @@ def odd_lights(lights: dict[str, list[Mark]]) -> Iterator[str]:
         if high > low * (1 + LIGHTS_APART):
             yield (
                 f"{names[0]} counts {one[distance]:.0f} and {names[1]} {other[distance]:.0f} with "
-                f"the lamp at {distance:g} in; exchange parts, for the firmware takes them as alike"
+                f"the lamp at {distance:g} in; each has its own curve, but look at tubes and parts"
             )
 
 

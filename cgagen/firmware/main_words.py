@@ -129,20 +129,27 @@ def _limits(robot: Robot) -> list[str]:
     assert robot.limits is not None  # a predator's, as is the next
     assert robot.light is not None
     limits, counts = robot.limits, robot.situation_counts
-    rows = (
+    rows: tuple[tuple[str, int, float], ...] = (
         ("EchoFrontNear", counts.front_near, limits.front_near_in),
         ("EchoFrontMiddle", counts.front_middle, limits.front_middle_in),
         ("EchoFrontFar", counts.front_far, limits.front_far_in),
         ("EchoSideNear", counts.side_near, limits.side_near_in),
         ("EchoSideFar", counts.side_far, limits.side_far_in),
-        ("LampFrontNear", counts.target_front_near, limits.target_front_near_in),
-        ("LampFrontMiddle", counts.target_front_middle, limits.target_front_middle_in),
-        ("LampSideNear", counts.target_side_near, limits.target_side_near_in),
-        ("LampRange", counts.target_range, robot.light.range_in),
+    )
+    lamps = (("Left", counts.lamp_left), ("Right", counts.lamp_right))
+    rows += tuple(
+        row
+        for side, lamp in lamps
+        for row in (
+            (f"{side}LampNear", lamp.front_near, limits.target_front_near_in),
+            (f"{side}LampMiddle", lamp.front_middle, limits.target_front_middle_in),
+            (f"{side}LampSide", lamp.side_near, limits.target_side_near_in),
+            (f"{side}LampRange", lamp.range, robot.light.range_in),
+        )
     )
     lines = ["", "' Limits in counts. A reading is nearer when it is less, never when it is equal."]
     for name, count, inches in rows:
-        note = f", {robot.light.condition}" if name == "LampRange" else ""
+        note = f", {robot.light.condition}" if name.endswith("LampRange") else ""
         lines.append(con(name, count, f"{inches:g} in{note}"))
     lines += ["", "' Situations of obstacle and target, by row and column of the table."]
     names = ["Nothing", *(camel(one.name.lower()) for one in list(Situation)[1:])]

@@ -14,6 +14,7 @@ from cgagen.bench_protocol import (
     plain,
 )
 from cgagen.counts import NO_ECHO_COUNT, UNLIT_COUNT
+from cgagen.monitor.suspects import Suspects
 from cgagen.robot import Robot, Sonar, load_robot, shipped
 from cgagen.telemetry import Telemetry, parse_telemetry, prey_reason, role_in
 from cgagen.words import COMMANDS, GENES, Role, situation_name, situations_of
@@ -23,9 +24,10 @@ LONGEST_LINE = 200
 
 FAULTS: dict[Fault, str] = {
     Fault.BUSY: "the step line has been low for longer than the longest movement takes",
-    Fault.REFUSED: "no locomotion controller has accepted the command; it is off, starts, or is in "
-    "bench mode",
+    Fault.REFUSED: "no locomotion controller has accepted it: off, starting, or in bench mode",
     Fault.CUT: "the step before was not walked to its end; the locomotion controller started anew",
+    Fault.BRIGHT: "both light sensors are lit at the start; unless the lamp is ahead the room is "
+    "too bright for their limits, so no sonar is listened to: make it dark, or calibrate",
     Fault.LOW: "something else holds the step line low",
     Fault.IDLE: "no command for some seconds",
     Fault.LINES: "the command lines never read the same twice",
@@ -60,20 +62,22 @@ class Decoder:
 
     >>> from cgagen.robot import load_robot
     >>> decoder = Decoder(load_robot("servobot-predator"))
-    >>> [line] = decoder.lines(b">:3 F1966 R0 L24666 LL170 LR0 AL1 AR0 S43 C3\r")
+    >>> [line] = decoder.lines(b">:3 F1967 R0 L24666 LL170 LR0 AL1 AR0 S43 C3\r")
     >>> print(line.text.replace("; ", ";\n   "))
     3: front 10.0 in, right no echo, left nothing;
        lamp left 12.0 in, right dark;
        right touched;
        near_front, near_left: state 43, LEFT_FORWARD
-    >>> [line.text.partition(";")[0] for line in decoder.lines(b"*REFUSED\r")]
-    ['fault REFUSED: no locomotion controller has accepted the command']
+    >>> [line.text for line in decoder.lines(b"*REFUSED\r")]
+    ['fault REFUSED: no locomotion controller has accepted it: off, starting, or in bench mode']
     """
 
     def __init__(self, robot: Robot | None) -> None:
         self.robot = robot or load_robot(f"servobot-{Role.PREDATOR}")
         self.named = robot is not None
         self._text = ""
+        self._suspects: Suspects | None = None
+        self._watched = self.robot
 
     def lines(self, data: bytes) -> Iterator[Line]:
         """Return the lines that end within the next bytes."""
@@ -85,6 +89,15 @@ class Decoder:
             line = self._line(text)
             if line is not None:
                 yield line
+            if line is not None and line.said is not None:
+                yield from self._notes(line.said)
+
+    def _notes(self, said: Telemetry) -> Iterator[Line]:
+        """Return what is wrong with the sensors, as lines behind the decision that shows it."""
+        if self._suspects is None or self._watched is not self.robot:
+            self._suspects, self._watched = Suspects(self.robot), self.robot
+        for note in self._suspects.add(said):
+            yield Line(f"note: {note}", {"kind": "note", "text": note})
 
     def _follow(self, text: str) -> None:
         banner, role = parse_banner(text), role_in(text)
@@ -121,8 +134,10 @@ class Decoder:
         data["sonars_in"] = {name: where for name, where in sonars if isinstance(where, float)}
         if robot.light is not None:
             lights = [
-                (sensor.name, _distance(robot, count))
-                for sensor, count in zip(robot.light.sensors, said.lights, strict=True)
+                (sensor.name, _distance(robot, side, count))
+                for side, (sensor, count) in enumerate(
+                    zip(robot.light.sensors, said.lights, strict=True)
+                )
             ]
             parts.append("lamp " + ", ".join(f"{name} {_inches(where)}" for name, where in lights))
             data["lights_in"] = {name: where for name, where in lights if isinstance(where, float)}
@@ -169,11 +184,11 @@ def _echo(robot: Robot, sonar: Sonar, count: int) -> float | str:
     return count / robot.echo_counts_per_in
 
 
-def _distance(robot: Robot, count: int) -> float | str:
+def _distance(robot: Robot, side: int, count: int) -> float | str:
     """Return the distance of the lamp by its curve, or why there is none."""
     if robot.light is None or count == UNLIT_COUNT:
         return "dark"
-    points = robot.light.curve
+    points = robot.light.sensors[side].curve
     if count >= points[-1][1]:
         return f"past {points[-1][0]:g} in"
     far = next(index for index, point in enumerate(points) if count < point[1])

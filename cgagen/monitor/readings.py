@@ -8,6 +8,7 @@ from cgagen.bench_protocol import plain
 from cgagen.errors import IdentityError, RigError
 from cgagen.monitor.decode import Decoder, Line
 from cgagen.monitor.listen import Listener, Port
+from cgagen.monitor.suspects import Suspects
 from cgagen.robot import Robot
 from cgagen.robot.values import SIDES
 from cgagen.telemetry import Telemetry
@@ -52,17 +53,21 @@ class Readings:
         names: of the sensors that count.
         decisions: how many.
         touched: in how many of them, by antenna.
+        notes: sensors that cannot be right, in sentences.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.names = sensor_names(robot)
         self.decisions = 0
         self.touched = dict.fromkeys(SIDES, 0)
+        self.notes: list[str] = []
+        self._suspects = Suspects(robot)
         self._counts: dict[str, list[int]] = {name: [] for name in self.names}
 
     def add(self, said: Telemetry) -> None:
         """Note one decision."""
         self.decisions += 1
+        self.notes += self._suspects.add(said)
         for name, count in zip(self.names, (*said.sonars, *said.lights), strict=True):
             self._counts[name].append(count)
         for side, bent in zip(SIDES, said.touched, strict=True):

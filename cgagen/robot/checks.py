@@ -107,12 +107,17 @@ def _situations(robot: Robot) -> str | None:
         ("front_near", "front_middle"),
         ("front_middle", "front_far"),
         ("side_near", "side_far"),
-        ("target_front_near", "target_front_middle"),
     ):
         if not getattr(counts, less) < getattr(counts, more):
             return (
                 f"[situation] {less}_in: the same chip count as {more}_in, "
                 f"{getattr(counts, more)}; move them apart"
+            )
+    for side, lamp in (("left", counts.lamp_left), ("right", counts.lamp_right)):
+        if not lamp.front_near < lamp.front_middle:
+            return (
+                "[situation] target_front_near_in: the same chip count as target_front_middle_in "
+                f"by the curve of the {side} light sensor, {lamp.front_middle}; move them apart"
             )
     return None
 
@@ -208,13 +213,14 @@ def _light(robot: Robot) -> str | None:
         )
     if _apart_deg(left.bearing_deg, right.bearing_deg) <= abs(left.cone_deg - right.cone_deg) / 2:
         return "[light.sensor.left] cone_deg: one cone lies within the other; turn them apart"
-    last_in = light.curve[-1][0]
     needed = max(light.range_in, limits.target_front_middle_in, limits.target_side_near_in)
-    if needed > last_in:
-        return f"[light] curve: ends at {last_in:g} in; it must reach {needed:g} in"
     counts = robot.situation_counts
-    if counts.target_range < 2:
-        return "[light] curve: the count at the range must be at least 2, or nothing is ever lit"
+    for sensor, lamp in zip(light.sensors, (counts.lamp_left, counts.lamp_right), strict=True):
+        where = f"[light.sensor.{sensor.name}] curve"
+        if needed > sensor.curve[-1][0]:
+            return f"{where}: ends at {sensor.curve[-1][0]:g} in; it must reach {needed:g} in"
+        if lamp.range < 2:
+            return f"{where}: the count at the range must be at least 2, or nothing is ever lit"
     return None
 
 

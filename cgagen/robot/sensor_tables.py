@@ -62,7 +62,8 @@ def antennas_of(top: Table) -> tuple[Antenna, ...]:
 
 
 def light_of(table: Table) -> Light:
-    """Return the light sensors and their curve."""
+    """Return the light sensors, each with its curve; one for both is an earlier version's."""
+    common = _curve(table) if table.offers("curve") else None
     sensors = []
     for name, one in _in_order(table.tables("sensor"), SIDES, table, "sensor"):
         sensors.append(
@@ -71,6 +72,7 @@ def light_of(table: Table) -> Light:
                 bearing_deg=one.number("bearing_deg", -360, 360),
                 cone_deg=one.number("cone_deg", 1, 170),
                 pin=one.integer("pin", 0, LAST_PIN),
+                curve=_curve(one) if common is None or one.offers("curve") else common,
             )
         )
         one.done()
@@ -80,7 +82,6 @@ def light_of(table: Table) -> Light:
         ambient_range_in=table.number("ambient_range_in", 1, FARTHEST_IN),
         capacitor_uf=table.number("capacitor_uf", 0.0001, 10),
         charge_ms=table.integer("charge_ms", 1, 1000),
-        curve=_curve(table),
         sensors=tuple(sensors),
     )
     table.done()

@@ -114,6 +114,8 @@ class LightSensor:
     bearing_deg: float
     cone_deg: float
     pin: int
+    curve: tuple[tuple[float, int], ...]
+    """What it counts with the lamp at a distance in inches; parts differ from piece to piece."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +127,6 @@ class Light:
     ambient_range_in: float
     capacitor_uf: float
     charge_ms: int
-    curve: tuple[tuple[float, int], ...]
     sensors: tuple[LightSensor, ...]
 
     @property
@@ -149,6 +150,15 @@ class SituationLimits:
     target_side_near_in: float
 
 
+class LampCounts(NamedTuple):
+    """What one light sensor counts with the lamp at each limit."""
+
+    front_near: int
+    front_middle: int
+    side_near: int
+    range: int
+
+
 class SituationCounts(NamedTuple):
     """The same limits as the chip compares them: a reading is near when its count is less."""
 
@@ -157,10 +167,8 @@ class SituationCounts(NamedTuple):
     front_far: int
     side_near: int
     side_far: int
-    target_front_near: int
-    target_front_middle: int
-    target_side_near: int
-    target_range: int
+    lamp_left: LampCounts
+    lamp_right: LampCounts
 
 
 @dataclass(frozen=True, slots=True)
@@ -334,15 +342,31 @@ class Robot:
         """Return the count that stands for a threshold in inches, for any kind of sonar."""
         return echo_count(distance_in, self.echo_counts_per_in, 0.0, float(FARTHEST_COUNT))
 
-    def light_curve(self, distance_scale: float = 1.0) -> LightCurve:
-        """Return the light curve with distances in inches times `distance_scale`.
+    def light_curve(self, side: int, distance_scale: float = 1.0) -> LightCurve:
+        """Return the curve of a light sensor with distances in inches times `distance_scale`.
+
+        Args:
+            side: which, by its number in `SIDES`.
+            distance_scale: what an inch is in the unit that is wanted.
 
         Raises:
             ValueError: this robot has no light sensors.
         """
         if self.light is None:
             raise ValueError(f"{self.name} has no light sensors")
-        return light_curve(list(self.light.curve), distance_scale)
+        return light_curve(list(self.light.sensors[side].curve), distance_scale)
+
+    def _lamp_counts(self, side: int) -> LampCounts:
+        """Return the lamp's limits in the counts of one sensor."""
+        if self.limits is None or self.light is None:
+            raise ValueError(f"{self.name} has no situations")
+        curve = self.light_curve(side)
+        return LampCounts(
+            front_near=light_count(self.limits.target_front_near_in, curve),
+            front_middle=light_count(self.limits.target_front_middle_in, curve),
+            side_near=light_count(self.limits.target_side_near_in, curve),
+            range=light_count(self.light.range_in, curve),
+        )
 
     @cached_property
     def situation_counts(self) -> SituationCounts:
@@ -353,17 +377,15 @@ class Robot:
         """
         if self.limits is None or self.light is None:
             raise ValueError(f"{self.name} has no situations")
-        limits, curve = self.limits, self.light_curve()
+        limits = self.limits
         return SituationCounts(
             front_near=self.echo_count_of(limits.front_near_in),
             front_middle=self.echo_count_of(limits.front_middle_in),
             front_far=self.echo_count_of(limits.front_far_in),
             side_near=self.echo_count_of(limits.side_near_in),
             side_far=self.echo_count_of(limits.side_far_in),
-            target_front_near=light_count(limits.target_front_near_in, curve),
-            target_front_middle=light_count(limits.target_front_middle_in, curve),
-            target_side_near=light_count(limits.target_side_near_in, curve),
-            target_range=light_count(self.light.range_in, curve),
+            lamp_left=self._lamp_counts(0),
+            lamp_right=self._lamp_counts(1),
         )
 
     @property

@@ -134,9 +134,9 @@ def _text(
         lines = []
     if found.us_per_in is not None:
         lines.append(f"sound: {found.us_per_in.mean:.3f} us per inch, {found.us_per_in.mark()}")
-    if found.curve is not None:
-        points = ", ".join(f"{count} at {distance:g} in" for distance, count in found.curve.points)
-        lines.append(f"lamp: {points}")
+    for name, curve in found.curves.items():
+        points = ", ".join(f"{count} at {distance:g} in" for distance, count in curve.points)
+        lines.append(f"lamp, {name}: {points}")
     lines += [f"warning: {warning}" for warning in found.warnings]
     if effects is not None:
         before, after = effects
@@ -161,7 +161,9 @@ def _data(
             for movement, one in found.movements.items()
         },
         "us_per_in": found.us_per_in._asdict() if found.us_per_in else None,
-        "curve": [list(point) for point in found.curve.points] if found.curve else None,
+        "curves": {
+            name: [list(point) for point in curve.points] for name, curve in found.curves.items()
+        },
         "warnings": list(found.warnings),
         "effect": dict(zip(("before", "after"), (e._asdict() for e in effects), strict=True))
         if effects

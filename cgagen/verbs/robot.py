@@ -244,7 +244,8 @@ def _text(found: "Readings | None") -> str:
         seen = found.seen(name)
         lines.append(f"{name:<14}{seen.low:>8}{seen.mean:>10.1f}{seen.high:>8}")
     touched = ", ".join(f"{side} {count}" for side, count in found.touched.items())
-    return "\n".join([*lines, f"decisions: {found.decisions}; antennas touched: {touched}"])
+    lines.append(f"decisions: {found.decisions}; antennas touched: {touched}")
+    return "\n".join([*lines, *(f"note: {note}" for note in found.notes)])
 
 
 def _data(found: "Readings | None") -> dict[str, Any]:
@@ -254,4 +255,5 @@ def _data(found: "Readings | None") -> dict[str, Any]:
         "decisions": found.decisions,
         "sensors": {name: found.seen(name)._asdict() for name in found.names},
         "touched": found.touched,
+        "notes": found.notes,
     }

@@ -149,7 +149,8 @@ def sweep(robot: Robot) -> list[Stimulus]:
     for touched in ((True, False), (True, True), (False, True)):
         found.append(replace(plain, touched=touched))
     if robot.light:
-        near, far = robot.light.curve[0][1], robot.light.curve[-1][1]
+        curves = [sensor.curve for sensor in robot.light.sensors]
+        near, far = min(one[0][1] for one in curves), max(one[-1][1] for one in curves)
         for count in _rising(near, far):
             pairs = ((count, UNLIT_COUNT), (UNLIT_COUNT, count), (count, count))
             found += [replace(plain, lights=pair) for pair in pairs]

@@ -47,8 +47,8 @@ def columns_of(robot: Robot) -> list[Column]:
     columns += [Column(f"antenna_{antenna.name}", {"": _flag}) for antenna in robot.antennas]
     if robot.light:
         columns += [
-            Column(f"light_{sensor.name}", {"_counts": _count, "_in": _light_of(robot)})
-            for sensor in robot.light.sensors
+            Column(f"light_{sensor.name}", {"_counts": _count, "_in": _light_of(robot, side)})
+            for side, sensor in enumerate(robot.light.sensors)
         ]
     return columns
 
@@ -265,8 +265,8 @@ def _echo_of(robot: Robot, sonar: Sonar) -> Cell:
     return cell
 
 
-def _light_of(robot: Robot) -> Cell:
-    curve = robot.light_curve()
+def _light_of(robot: Robot, side: int) -> Cell:
+    curve = robot.light_curve(side)
 
     def cell(text: str) -> int:
         distance_in = _inches(text, "dark")

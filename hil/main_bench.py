@@ -16,7 +16,7 @@ from hil.main_trial import MainTrial, levels
 from hil.main_wanted import Wanted
 from hil.simulated import commands_by_state
 from hil.target import Observation, Stimulus
-from hil.trial import MS, answered, ignores, want
+from hil.trial import FIRST_PROMPT_MS, MS, answered, ignores, want
 
 SOON_MS = 380
 """What a look at all sensors, a decision and GO take, without the gaps between sonars. Choice."""
@@ -58,7 +58,7 @@ def _all_bits(trial: MainTrial, stimulus: Stimulus) -> None:
 def late_hello(trial: MainTrial) -> None:
     """A hello in the last slice is heard, too."""
     for _ in range(LISTEN_MS // MAIN_SLICE_MS - 1):
-        want(trial.wait("byte 62", 200), "bench", "no prompt")
+        want(trial.wait("byte 62", FIRST_PROMPT_MS), "bench", "no prompt")
     answered(trial, "?Hzz", "!Hzz")
 
 

@@ -63,7 +63,8 @@ def srf04(text: str, pins: dict[int, tuple[int, int]]) -> str:
 PREDATOR_SRF04 = srf04(PREDATOR, {4: (4, 5), 5: (6, 7), 6: (12, 13)})
 
 RIGHT_CURVE = """[
-    [2, 20], [6, 90], [12, 230], [20, 480], [30, 850], [40, 1250], [60, 2200], [84, 3500], [96, 4200],
+    [2, 20], [6, 90], [12, 230], [20, 480], [30, 850], [40, 1250], [60, 2200], [84, 3500],
+    [96, 4200],
 ]"""
 """Of a photoresistor that is a third slower than the left one."""
 

@@ -100,7 +100,8 @@ def test_thresholds_come_with_one_less_and_one_more(predator: Subject) -> None:
     for limit in (counts.front_near, counts.front_middle, counts.front_far):
         assert {limit - 1, limit, limit + 1} <= front
     left = {one.lights[0] for one in thresholds(predator.robot) if one.lights[1] == 0}
-    assert {counts.target_range - 1, counts.target_range, counts.target_range + 1} <= left
+    far = counts.lamp_left.range
+    assert {far - 1, far, far + 1} <= left
 
 
 def genes_at(subject: Subject, state: int) -> int:
@@ -154,7 +155,7 @@ def test_a_gene_that_no_reading_reaches_fails_too(predator: Subject, tokenizer: 
     ("old", "new"),
     [
         ("IF nearest < EchoFrontNear THEN", "IF nearest <= EchoFrontNear THEN"),
-        ("IF nearest < LampFrontMiddle THEN", "IF nearest > LampFrontMiddle THEN"),
+        ("lightLeft < LeftLampMiddle OR", "lightLeft > LeftLampMiddle OR"),
         ("FOR sonar = Front TO Left ", "FOR sonar = Left TO Front "),
     ],
 )

@@ -140,8 +140,8 @@ def test_it_is_a_proof_by_default(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     data = json.loads(result.stdout)
     cells = data["trials"]["cells"]
-    assert sum(cells["agreed"].values()) == data["proof"]["cells"] == 70_656
-    assert cells["note"].startswith("PASS: proven for every reading, by all 70,656 cells")
+    assert sum(cells["agreed"].values()) == data["proof"]["cells"] == 55_296
+    assert cells["note"].startswith("PASS: proven for every reading, by all 55,296 cells")
     assert data["trials"]["emulator"]["left_out"] == 0
     assert data["again"].endswith("--level exhaustive --seed 1")
     assert "proven for every reading" in page.read_text("utf-8")

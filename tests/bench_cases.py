@@ -11,6 +11,8 @@ from cgagen.robot import load_robot
 FIRMWARE = Path(__file__).parent.parent / "firmware"
 MS = 1_000_000
 S = 1_000_000_000
+STARTS = 3
+"""Seconds more than a decision takes, in which the legs rise and a host may say hello."""
 
 
 def robot_bench(role: str, faults: str = "") -> Bench:

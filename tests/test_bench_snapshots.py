@@ -97,11 +97,11 @@ def test_the_other_future_differs() -> None:
     bench = watched_bench()
     bench.run(1500 * MS)
     before = bench.snapshot()
-    bench.run(3 * S)
+    bench.run(6 * S)
     first = record(bench)
     bench.restore(before)
     bench.part("sonar_front", Sonar).see(8)
-    bench.run(3 * S)
+    bench.run(6 * S)
     assert record(bench) != first
 
 

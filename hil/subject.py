@@ -7,6 +7,7 @@ from typing import Any
 
 from cgagen.bench_protocol import VERSION, Banner, plain
 from cgagen.build import Build, read_record
+from cgagen.build.checked import changed_files
 from cgagen.build.record import BENCH_FILE, GENOME_FILE, ROBOT_FILE, flags_of
 from cgagen.errors import FolderError, MismatchError, RigError
 from cgagen.genome import Genome, load
@@ -31,6 +32,7 @@ class Subject:
         files: name of each source.
         source_digests: of the sources as they were built, which the banners say.
         where: what messages call it.
+        robot_edited: the robot's file is not the one that the build was made from.
     """
 
     robot: Robot
@@ -40,6 +42,7 @@ class Subject:
     files: dict[str, str]
     source_digests: dict[str, str]
     where: str
+    robot_edited: bool = False
 
     @property
     def role(self) -> Role:
@@ -124,7 +127,8 @@ def read_subject(folder: Path) -> Subject:
         ) from error
     robot = load_robot(str(folder / ROBOT_FILE))
     genome = load(folder / GENOME_FILE) if robot.role is Role.PREDATOR else None
-    return Subject(robot, genome, images, sources, files, digests, str(folder))
+    edited = ROBOT_FILE in changed_files(folder, record)
+    return Subject(robot, genome, images, sources, files, digests, str(folder), edited)
 
 
 def held(subject: Subject, robot: Robot | None, genome: Genome | None) -> Subject:

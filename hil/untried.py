@@ -7,6 +7,7 @@ been compared with them. So what a wire leaves open is whose bytes are in a chip
 from collections.abc import Iterator, Sequence
 
 from hil.equivalence import Trial, not_tried
+from hil.subject import Subject
 from hil.target import IMAGE, Target
 from hil.wired import SERIAL, SERIAL_RESET
 
@@ -26,6 +27,23 @@ def beside_readings() -> Iterator[tuple[str, Trial]]:
     """Return the rows of a run in which readings were named."""
     for name, target in ALL_OF_A_ROBOT.items():
         yield name, not_tried(target, "the readings that were named are tried alone; name none")
+
+
+def of_build(subject: Subject) -> Iterator[tuple[str, Trial]]:
+    """Return the row of a build whose robot has been edited since it was made.
+
+    What the edit would have made is not in the images: a trim of a few microseconds more is within
+    what a servo does not notice, and no check of its pulses sees that.
+    """
+    if subject.robot_edited:
+        yield (
+            "robot file",
+            not_tried(
+                "robot.toml",
+                f"{subject.where}: robot.toml has been edited since the programs were built; build "
+                "them again",
+            ),
+        )
 
 
 def table_behind(reason: str) -> Trial:

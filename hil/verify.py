@@ -87,6 +87,7 @@ def verify(
             _with_trace(report, subject, make, trace)
     if legs is not None:
         report.add("legs", try_legs(legs, subject))
+    report.add_all(untried.of_build(subject))
     report.add_all(untried.of_wires(asked, legs))
     report.evidence.count(counted, compile_source)
     return report

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 import hil.verify
-from cgagen.cli import cgagen
+from cgagen.cli import cgagen, main
 from cgagen.errors import CgagenError, MismatchError
 from cgagen.serve import serve
 from cgagen.tokenizer import Tokenizer
@@ -239,3 +239,19 @@ def test_legs_are_on_a_serial_port() -> None:
     result = call("verify", "--build", str(FIRMWARE / "prey"), "--legs", "emulator")
     assert result.exit_code == 2
     assert "say serial:PORT or serial-reset:PORT" in result.stderr
+
+
+def test_a_build_whose_robot_was_edited_is_not_proven(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One PULSOUT count of a trim is within what the check of the pulses forgives."""
+    build = tmp_path / "build"
+    shutil.copytree(FIRMWARE / "predator", build)
+    robot = build / "robot.toml"
+    text = robot.read_text("utf-8")
+    robot.write_text(text + "# mine\n", "utf-8")
+    assert main(["verify", "--build", str(build), "--level", "smoke"]) == 11
+    said = capsys.readouterr().out
+    assert "robot file" in said
+    assert "NOT TRIED" in said
+    assert "edited since the programs were built" in said

@@ -1,6 +1,7 @@
 """All checks of a main controller, in the order in which they run: by pins and by words."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, Fault, banner_text
@@ -65,9 +66,21 @@ def judge_main(
     speaks(trial, wanted, image)
     lacks += trial.lacks
     late_hello(new())
+    if subject.robot.light:
+        _start_lit(new())
     _resets(new, wanted)
     if lacks:
         raise lacks[0]
+
+
+def _start_lit(trial: MainTrial) -> None:
+    """It starts in a room that is too bright, and says so; with one sensor lit it says nothing."""
+    plain, near = neutral(trial.robot), trial.robot.situation_counts
+    left, right = near.lamp_left.range - 1, near.lamp_right.range - 1
+    for lights in ((left, right), (left + 1, right), (left, right + 1), (1, 1), (0, 1), (1, 0)):
+        trial.present(replace(plain, lights=lights))
+        _start(trial)
+        trial.reset()
 
 
 def legs_ms_of(trial: MainTrial) -> int:

@@ -180,5 +180,5 @@ def test_the_checks_name_what_they_find() -> None:
     with pytest.raises(Exception, match=r"decide: 0,0,0,0,0,7079/--|decide: .*7079.*"):
         judge_main(subject, wanted_of(subject), compile_source(source, "main.bsp").image)
     source = subject.sources["locomotion"].replace("PULSOUT PinLiftRM", "PULSOUT PinLiftRR", 1)
-    with pytest.raises(Exception, match="gait: pulses out of turn"):
+    with pytest.raises(Exception, match="gaps: servo 9 has no pulse"):
         judge_legs(subject, compile_source(source, "locomotion.bs2").image)

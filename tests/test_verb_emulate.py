@@ -67,7 +67,7 @@ def test_an_image_of_a_build_knows_its_model(emulate: Emulate) -> None:
 
 
 def test_the_bench_of_a_build(emulate: Emulate) -> None:
-    code, out, err = emulate(PREDATOR / "bench.toml", "--for", "2s")
+    code, out, err = emulate(PREDATOR / "bench.toml", "--for", "5s")
     assert (code, err) == (0, "")
     assert re.search(r":0 F\d+ R\d+ L\d+ .*C\d", out)
 

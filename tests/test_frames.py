@@ -96,6 +96,13 @@ def ran(program: Clock, start: str, *inbox: str) -> float:
     return program.longest_us / 1000
 
 
+def stand(program: Clock) -> None:
+    """Start the program up to where the legs stand and nobody has said anything."""
+    program.level = levels()
+    ran(program, "Start", *[""] * 17)
+    program.sent, program.last_us, program.longest_us = "", {}, 0.0
+
+
 def levels(*answers: int) -> Callable[[str], int]:
     given = iter(answers)
 
@@ -130,7 +137,7 @@ def test_from_reset_to_the_first_movement(case: str, tokenizer: Tokenizer) -> No
 @pytest.mark.parametrize("case", CASES)
 def test_while_walking_everything_after_everything(case: str, tokenizer: Tokenizer) -> None:
     program = program_of(case, tokenizer)
-    program.run("Centre")
+    stand(program)
     program.run("Pulses")
     commands = list(itertools.product(range(8), repeat=2))
     random.Random(2).shuffle(commands)
@@ -145,7 +152,7 @@ def test_while_walking_everything_after_everything(case: str, tokenizer: Tokeniz
 
 def test_while_nobody_says_anything(tokenizer: Tokenizer) -> None:
     program = program_of("predator", tokenizer)
-    program.run("Centre")
+    stand(program)
     program.level = levels(*[0] * 501, *[1] * 501)
     ran(program, "Ready")
     assert program.sent == "*LOW\r*LOW\r*IDLE\r*IDLE\r"
@@ -154,7 +161,7 @@ def test_while_nobody_says_anything(tokenizer: Tokenizer) -> None:
 
 def test_while_the_command_lines_never_agree(tokenizer: Tokenizer) -> None:
     program = program_of("predator", tokenizer)
-    program.run("Centre")
+    stand(program)
     flicker = itertools.cycle((1, 2))
     read = program.get
     program.get = lambda name, index=0: (  # type: ignore[method-assign]

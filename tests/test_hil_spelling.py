@@ -33,7 +33,7 @@ KEYWORDS = (
 NAMES = {
     "echo": "pings", "lightLeft": "glowA", "lightRight": "glowB", "state": "which",
     "antennas": "feelers", "obstacle": "wall", "target": "lamp", "decisions": "looks",
-    "nearest": "least", "command": "answer", "request": "heard", "facing": "side",
+    "nearest": "closest", "command": "answer", "request": "heard", "facing": "side",
     "commandLatch": "wires", "commandDirs": "drivers", "commandLines": "wires",
     "Decide": "Think", "Sense": "Look", "Genes": "Evolved", "Answers": "Replies", "Move": "Step1",
     "Banner": "Name", "BannerEnd": "NameEnd", "Report": "Tell2", "Listen": "Hear", "Hunt": "Go1",

@@ -52,11 +52,12 @@ def test_the_emulated_loader_and_the_programmer_agree(name: str, atn: Atn) -> No
     image = read_image(PREDATOR, name)
     port = HostPort(bench_of_image(blank(image.model.name)), timeout=0.05, atn=atn)
     report = program(Line(port, port), "emulated", plan_of(image))
-    assert (report.attempts, report.talks) == (1, True)
+    # The locomotion controller says who it is when its legs stand, later than anyone listens.
+    assert (report.attempts, report.talks) == (1, name == "main")
     assert holds(port.bench, "main", image)
     assert port.faults == []
     letter = {"main": "M", "locomotion": "L"}[name]
-    port.timeout = 1.0
+    port.timeout = 4.0
     assert f"1 {letter} servobot-predator" in port.read(40).decode()
 
 

@@ -124,7 +124,7 @@ def test_the_wrong_controller_is_named(served: Served, capsys: pytest.CaptureFix
 def test_a_reset_first_needs_no_hurry(served: Served) -> None:
     url, bench = served("prey", "locomotion", "rfc2217")
     assert main(["robot", "centre", "--port", url, "--reset"]) == 0
-    assert bench.wire("step").level == 0  # bench mode: nobody may say GO
+    assert bench.wire("step").level == 1  # bench mode: who says GO hears that nobody accepts
 
 
 def test_an_emulated_robot_needs_no_port(capsys: pytest.CaptureFixture[str]) -> None:

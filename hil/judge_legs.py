@@ -86,10 +86,15 @@ def _start(trial: LegsTrial) -> None:
 
 def _rises(trial: LegsTrial) -> None:
     """No leg begins before the one before it has had its frames; each begins with its centre."""
-    starts = sorted(min(trial.rises[n], default=0) for n in range(0, SERVOS, 2))
-    least_ns = trial.robot.servo_set.start_frames * SHORTEST_FRAME_MS * MS
+    starts = sorted(trial.rises[n][0] for n in range(0, SERVOS, 2))
+    wanted = trial.robot.servo_set.start_frames
     apart = min(b - a for a, b in pairwise(starts))
+    least_ns = wanted * SHORTEST_FRAME_MS * MS
     want(apart >= least_ns, "rise", f"two legs start {apart / MS:.0f} ms apart")
+    for rises in trial.rises[::2]:
+        then = next((start for start in starts if start > rises[0]), None)
+        frames = sum(rise < then for rise in rises) if then else wanted
+        want(frames == wanted, "rise", f"{frames} frames before the next leg")
     for swing in range(0, SERVOS, 2):
         both = abs(trial.rises[swing + 1][0] - trial.rises[swing][0])
         want(both < FRAME_LIMIT_MS * MS, "rise", f"servos {swing} and {swing + 1} start apart")

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 from cgagen.bench_protocol import LISTEN_MS, MAIN_SLICE_MS, Fault, banner_text
 from cgagen.emulator.chip import Coverage
+from cgagen.emulator.parts.sonar import middle_ns
 from cgagen.errors import LackingError
 from cgagen.firmware.timing import legs_start_ms
 from cgagen.stamp.image import Image
@@ -14,6 +15,7 @@ from hil.main_bench import late_hello, speaks
 from hil.main_decides import decisions, genes
 from hil.main_hunts import hunts
 from hil.main_roams import roams
+from hil.main_senses import pulses_of
 from hil.main_trial import MainTrial
 from hil.main_wanted import Wanted
 from hil.stimuli import neutral
@@ -73,6 +75,19 @@ def judge_main(
         raise lacks[0]
 
 
+def _charged(trial: MainTrial) -> None:
+    """Before the first look, too, a light sensor that is lit was charged for long enough."""
+    light = trial.robot.light
+    if light is None or trial.shown is None:
+        return
+    pulses = pulses_of(trial)
+    for sensor, count in zip(light.sensors, trial.shown.lights, strict=True):
+        if count:
+            drain_ns = middle_ns(count, trial.robot.main.rctime_unit_ns)
+            high_ns = max(width_ns for _, width_ns in pulses.get(sensor.pin, [(0, 0)])) - drain_ns
+            want(high_ns >= light.charge_ms * MS, "sensing", f"{sensor.name}: {high_ns} ns charged")
+
+
 def _start_lit(trial: MainTrial) -> None:
     """It starts in a room that is too bright, and says so; with one sensor lit it says nothing."""
     plain, near = neutral(trial.robot), trial.robot.situation_counts
@@ -96,6 +111,7 @@ def _start(trial: MainTrial) -> None:
     want(trial.wait("look", FIRST_LOOK_MS + legs_ms), "hang", "never looks at its sensors")
     trial.touched = None
     want(not touched, "handshake", "drives a line on its way to the first look")
+    _charged(trial)
     trial.edges[:] = trial.edges[-1:]  # the trigger with which this look has begun
     wanted = banner_text(trial.subject.banner("main")) + "\r"
     if trial.shown_bright:

@@ -14,7 +14,7 @@ is."""
 def check_sensing(trial: MainTrial, stimulus: Stimulus) -> None:
     """Triggers, gaps and charging are as long as the robot's file has them, in order."""
     robot = trial.robot
-    pulses = _pulses(trial)
+    pulses = pulses_of(trial)
     most_ns = (robot.echo.trigger_gap_ms + (FAST_GAP_MS if trial.fast else SLOW_GAP_MS)) * MS
     before = 0  # no echo, or no sonar: how long that takes is the chip's affair
     for sonar, count in zip(robot.sonars, stimulus.sonars, strict=True):
@@ -41,7 +41,7 @@ def check_sensing(trial: MainTrial, stimulus: Stimulus) -> None:
             want(least <= high, "sensing", f"light {sensor.name}: charged for {high} ns")
 
 
-def _pulses(trial: MainTrial) -> dict[int, list[tuple[int, int]]]:
+def pulses_of(trial: MainTrial) -> dict[int, list[tuple[int, int]]]:
     """Return start and width of the high pulses on each sensor's pin."""
     pulses: dict[int, list[tuple[int, int]]] = {}
     rose: dict[int, int] = {}

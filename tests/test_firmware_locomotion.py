@@ -124,6 +124,10 @@ def test_legs_start_one_after_another_and_are_centred_so() -> None:
         for before, now in pairwise(frames)
     ]
     assert [leg for leg in legs if leg] == [{leg} for leg in LEGS]
+    trims = tomllib.loads(CASES["predator-trimmed"])["servo"]["trim_counts"]
+    for leg in LEGS:
+        for joint, name in enumerate(("Swing", "Lift")):
+            assert abs(frames[-1][f"Pin{name}{leg}"] - 750 - trims[leg][joint]) <= 2
     changes = [n for n, leg in enumerate(legs) if leg]
     assert all(then - now == 8 for now, then in pairwise(changes))
 

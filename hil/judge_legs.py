@@ -16,7 +16,7 @@ from hil.trial import BYTE_NS, MS, want
 SEEN_MS = 80
 """After it has let go of the step line, it has seen it high. Choice: two frames and more."""
 
-SHORTEST_FRAME_MS = 15
+SHORTEST_FRAME_MS = 18
 """Of rising legs, whatever their number: a servo is not pulsed more often. Choice."""
 
 RESET_MS = (7, 130, 410)

@@ -113,7 +113,7 @@ def _centre(trial: LegsTrial) -> None:
         want(len(legs) <= 1, "bench", f"centres {len(legs)} legs at once")
         if legs:
             least = trial.robot.servo_set.start_frames
-            want(since >= least or frame == moved[0], "bench", f"centres a leg in {since} frames")
+            want(since == least or frame == moved[0], "bench", f"centres a leg in {since} frames")
             since = 0
     trial.rest = standing(trial.robot)
     want(seen[-1] == trial.rest, "bench", "does not centre")

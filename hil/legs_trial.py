@@ -116,7 +116,9 @@ class LegsTrial(Trial):
     def listens(self) -> None:
         """Go on to the end of its listening; it never holds the line, as if it accepted."""
         want(self.wait("byte 62", STARTS_MS), "banner", "no prompt after a reset")
+        until_ns = self.now_ns + STARTS_MS * MS
         while self.wait("byte 62", LISTENS_MS):
+            want(self.now_ns < until_ns, "banner", "listens for ever")
             want(not self.holds, "handshake", "holds the step line before it was told anything")
 
     def counts(self, width_ns: int) -> int:

@@ -27,7 +27,7 @@ def speaks(trial: MainTrial, wanted: Wanted, image: Image) -> None:
     answered(trial, "?Hab", "!Hab")
     ignores(trial, "!H77")
     for number, (stimulus, right) in enumerate(wanted.hunts):
-        _question(trial, f"?Q{number}x", stimulus, right)
+        _question(trial, f"?Q{number:x}x", stimulus, right)
     _bad_readings(trial, wanted.hunts[0][0])
     for request in ("?Zab", "?D/0", "?D0p", "?D10", "?Mab"):
         answered(trial, request, f"!E{request[2:]}")
@@ -40,7 +40,9 @@ def speaks(trial: MainTrial, wanted: Wanted, image: Image) -> None:
     trial.present(stimulus)
     _all_bits(trial, stimulus)
     answered(trial, "?Xzz", "!Xzz")
+    trial.forget()
     want(trial.wait("look", 20), "bench", "does not hunt after leaving")
+    want(not trial.said, "bench", f"says {trial.said!r} after leaving")
     soon_ms = SOON_MS + len(stimulus.sonars) * trial.robot.echo.trigger_gap_ms
     want(trial.wait_decided(soon_ms), "bench", "does not tell its decision soon after leaving")
     want(trial.lines() == right.command, "bench", f"says {trial.lines()} after leaving")

@@ -37,6 +37,13 @@ def _hunts(subject: Subject) -> list[Stimulus]:
     rising = tuple(2_000 + 111 * index for index in range(number))
     gone = tuple(0 if index == number - 1 else 7_000 - index for index in range(number))
     far = tuple(9_000 + index for index in range(number))
+    # Of any two sonars one hears a long echo and the other a short one, both ways round: each
+    # sonar's rest follows from its own.
+    mixed = [
+        tuple((1_500, 9_500)[(index >> bit & 1) ^ odd] + index for index in range(number))
+        for bit in range((number - 1).bit_length())
+        for odd in (0, 1)
+    ]
     rows: list[tuple[tuple[int, ...], tuple[bool, bool], tuple[int, int]]] = [
         (rising, (False, False), (0, 0)),
         (rising[::-1], (True, False), (300, 0)),
@@ -44,5 +51,6 @@ def _hunts(subject: Subject) -> list[Stimulus]:
         (far, (True, True), (500, 600)),
         (far, (False, False), (1_000, 900)),
         (rising, (False, False), (0, 700)),
+        *((one, (False, False), (0, 0)) for one in mixed),
     ]
     return [Stimulus(sonars, touched, lit if lights else ()) for sonars, touched, lit in rows]
